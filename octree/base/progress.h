@@ -1,0 +1,35 @@
+// Progress and cancellation: long work tells how far it is and asks whether to go on. It neither
+// prints nor reads a clock; who made it decides what is shown (see scene/).
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <string_view>
+
+namespace obscura {
+
+/// Handed down by const reference to every long-running call. Thread-safe.
+class Progress {
+ public:
+  /// Told of the stage's name, the work done so far and the whole (0: not known).
+  using Listener = std::function<void(std::string_view stage, std::uint64_t done, std::uint64_t total)>;
+
+  Progress() = default;
+  /// @param cancelled may be set from a signal handler; null: never cancelled.
+  Progress(Listener listener, const std::atomic<bool>* cancelled)
+      : listener_(std::move(listener)), cancelled_(cancelled) {}
+
+  void report(std::string_view stage, std::uint64_t done, std::uint64_t total) const {
+    if (listener_) listener_(stage, done, total);
+  }
+  bool cancelled() const noexcept {
+    return cancelled_ && cancelled_->load(std::memory_order_relaxed);
+  }
+
+ private:
+  Listener listener_;
+  const std::atomic<bool>* cancelled_ = nullptr;
+};
+
+}  // namespace obscura
