@@ -1,0 +1,162 @@
+// Planck's law against the reference tables g1 to g5 (40-digit arithmetic, CODATA 2018; metres).
+#include "photon/planck.h"
+
+#include "octree/base/math.h"
+#include "photon/band.h"
+#include "photon/planck_table.h"
+#include "tests/support/csv.h"
+
+#include <catch2/catch.hpp>
+
+using namespace obscura;
+using test::Csv;
+
+namespace {
+
+const std::string kFolder = OBSCURA_TEST_DATA_DIR "/reference/";
+
+double relative(double value, double reference) {
+  return std::abs(value - reference) / std::abs(reference);
+}
+
+}  // namespace
+
+TEST_CASE("band radiance is right to 1e-10 from 1 K to 100,000 K", "[photon][planck]") {
+  const Csv csv(kFolder + "g1_planck_band.csv");
+  REQUIRE(csv.size() > 40);
+  for (std::size_t i = 0; i < csv.size(); ++i) {
+    const double K = csv.number(i, "T_K");
+    const double a = csv.number(i, "l1_m") * 1e6;
+    const double b = csv.number(i, "l2_m") * 1e6;
+    const double radiance = csv.number(i, "L_band");
+    const double slope = csv.number(i, "dLdT");
+    INFO("K " << K << ", " << a << " to " << b << " um");
+    if (radiance < 1e-300) {
+      CHECK(planck_band(a, b, K) == 0);
+    } else {
+      CHECK(relative(planck_band(a, b, K), radiance) < 1e-12);
+      CHECK(relative(planck_band_derivative(a, b, K), slope) < 1e-11);
+    }
+  }
+}
+
+TEST_CASE("spectral radiance is right", "[photon][planck]") {
+  const Csv csv(kFolder + "g2_planck_spectral.csv");
+  for (std::size_t i = 0; i < csv.size(); ++i) {
+    const double K = csv.number(i, "T_K");
+    const double um = csv.number(i, "lambda_m") * 1e6;
+    const double per_um = csv.number(i, "B_lambda") * 1e-6;
+    INFO("K " << K << ", " << um << " um");
+    if (per_um < 1e-300) CHECK(planck_spectral(um, K) == 0);
+    else CHECK(relative(planck_spectral(um, K), per_um) < 1e-12);
+  }
+}
+
+TEST_CASE("the inverses give back the temperature", "[photon][planck]") {
+  const Csv mono(kFolder + "g3_brightness_temperature_mono.csv");
+  for (std::size_t i = 0; i < mono.size(); ++i) {
+    const double um = mono.number(i, "lambda_m") * 1e6;
+    const double per_um = mono.number(i, "L_lambda") * 1e-6;
+    INFO(um << " um, " << per_um);
+    CHECK(relative(brightness_temperature(um, per_um), mono.number(i, "T_b_K")) < 1e-13);
+  }
+  const Csv band(kFolder + "g4_brightness_temperature_band.csv");
+  for (std::size_t i = 0; i < band.size(); ++i) {
+    const double a = band.number(i, "l1_m") * 1e6;
+    const double b = band.number(i, "l2_m") * 1e6;
+    INFO(a << " to " << b << " um, " << band.number(i, "L_band"));
+    CHECK(relative(brightness_temperature(a, b, band.number(i, "L_band")),
+                   band.number(i, "T_b_K")) < 1e-13);
+  }
+}
+
+TEST_CASE("radiance and temperature are inverse over the whole range", "[photon][planck]") {
+  for (const double K : {2.0, 3.0, 10.0, 77.0, 250.0, 300.0, 1000.0, 3000.0, 10000.0, 1e6}) {
+    for (const auto& [a, b] : {std::pair{0.3, 100.0}, {0.3, 0.31}, {3.0, 5.0}, {8.0, 12.0},
+                               {10.0, 10.0001}, {50.0, 100.0}, {0.3, 0.3000001}}) {
+      INFO("K " << K << ", " << a << " to " << b << " um");
+      const double radiance = planck_band(a, b, K);
+      if (radiance == 0) continue;
+      CHECK(relative(brightness_temperature(a, b, radiance), K) < 1e-12);
+    }
+  }
+  CHECK(brightness_temperature(8, 12, 0.0) == 0);
+  CHECK(brightness_temperature(8, 12, -1.0) == 0);
+  CHECK(brightness_temperature(10.0, 0.0) == 0);
+  CHECK(brightness_temperature(8, 12, 5e-324) > 0);
+  CHECK(brightness_temperature(8, 12, kInfinity) == kInfinity);
+}
+
+TEST_CASE("the whole spectrum adds up to Stefan and Boltzmann's law", "[photon][planck]") {
+  const Csv csv(kFolder + "g5_stefan_boltzmann.csv");
+  for (std::size_t i = 0; i < csv.size(); ++i) {
+    const double K = csv.number(i, "T_K");
+    const double exitance = csv.number(i, "exitance");
+    CHECK(relative(kStefanBoltzmann * K * K * K * K, exitance) < 1e-14);
+    // From x = 200 (e^-200 is nothing) to x = 1e-5 (what is missing is x^3 / 3).
+    const double whole = kPi * planck_band(14387.76877 / K / 200, 14387.76877 / K * 1e5, K);
+    CHECK(relative(whole, exitance) < 1e-14);
+  }
+}
+
+TEST_CASE("a band is the sum of its parts, however narrow", "[photon][planck]") {
+  for (const double K : {20.0, 300.0, 5000.0}) {
+    const double whole = planck_band(8, 12, K);
+    double sum = 0;
+    for (int i = 0; i < 1000; ++i) sum += planck_band(8 + 0.004 * i, 8 + 0.004 * (i + 1), K);
+    CHECK(relative(sum, whole) < 1e-12);
+    // A band of 1e-9 of its wavelength: the spectral radiance times the width.
+    const double a = 10, b = 10 * (1 + 0x1p-30);
+    CHECK(relative(planck_band(a, b, K), planck_spectral(0.5 * (a + b), K) * (b - a)) < 1e-13);
+  }
+  CHECK(planck_band(8, 8, 300) == 0);
+}
+
+TEST_CASE("no temperature gives no radiance", "[photon][planck]") {
+  for (const double K : {0.0, -1.0, -kInfinity, 1e-300}) {
+    CHECK(planck_band(8, 12, K) == 0);
+    CHECK(planck_band_derivative(8, 12, K) == 0);
+    CHECK(planck_spectral(10, K) == 0);
+    CHECK(planck_spectral_derivative(10, K) == 0);
+  }
+}
+
+TEST_CASE("the derivative is the slope of the radiance", "[photon][planck]") {
+  for (const double K : {10.0, 300.0, 3000.0}) {
+    const double h = 1e-5 * K;
+    const auto five_point = [&](auto f) {
+      return (8 * (f(K + h) - f(K - h)) - (f(K + 2 * h) - f(K - 2 * h))) / (12 * h);
+    };
+    CHECK(relative(planck_band_derivative(3, 5, K),
+                   five_point([](double t) { return planck_band(3, 5, t); })) < 1e-8);
+    CHECK(relative(planck_spectral_derivative(4, K),
+                   five_point([](double t) { return planck_spectral(4, t); })) < 1e-8);
+  }
+}
+
+TEST_CASE("a linear response is weighted exactly", "[photon][planck]") {
+  // Brute force: the response as 20,000 steps, second order in their width.
+  const Spectrum response = Spectrum::table({8, 9, 9.5, 12}, {0, 1, 0.2, 0});
+  const WeightedPlanck weighted(7.5, 12.5, response);
+  for (const double K : {40.0, 300.0, 4000.0}) {
+    double steps = 0;
+    const int n = 20000;
+    for (int i = 0; i < n; ++i) {
+      const double a = 8 + 4.0 * i / n, b = 8 + 4.0 * (i + 1) / n;
+      steps += response.value(0.5 * (a + b)) * planck_band(a, b, K);
+    }
+    CHECK(relative(weighted.radiance(K), steps) < 1e-7);
+
+    // Exact: a triangle up and its mirror image down add up to a box.
+    const double up = WeightedPlanck(8, 12, Spectrum::table({8, 12}, {0, 1})).radiance(K);
+    const double down = WeightedPlanck(8, 12, Spectrum::table({8, 12}, {1, 0})).radiance(K);
+    CHECK(relative(up + down, planck_band(8, 12, K)) < 1e-13);
+    // A cut where the response has no kink changes nothing.
+    const Spectrum cut = Spectrum::table({8, 8.1, 12}, {0, 0.025, 1});
+    CHECK(relative(WeightedPlanck(8, 12, cut).radiance(K), up) < 1e-13);
+
+    CHECK(relative(weighted.brightness_temperature(weighted.radiance(K)), K) < 1e-12);
+  }
+  CHECK(WeightedPlanck(8, 12, Spectrum(0)).radiance(300) == 0);
+  CHECK(WeightedPlanck(8, 12, Spectrum(0)).brightness_temperature(1) == 0);
+}
