@@ -5,11 +5,9 @@
 #include <vector>
 
 #include "octree/base/math.h"
+#include "photon/photon.h"
 
 namespace obscura {
-
-/// Photon maps come in as many independent replicas, whose scatter is the error.
-inline constexpr int kBatches = 16;
 
 /// One ray in one band, radiances in W/m2/sr (grey: the scene's unit).
 struct BandSample {

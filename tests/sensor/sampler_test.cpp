@@ -5,6 +5,9 @@
 #include <cmath>
 #include <set>
 
+#include "tests/support/agree.h"
+#include "tests/support/chi_square.h"
+
 using namespace obscura;
 
 namespace {
@@ -25,30 +28,21 @@ std::vector<PixelRay> rays_of(const Sampler& sampler, int x, int y) {
   return result;
 }
 
-// Upper quantile of chi-square at false alarm 1e-6 (Wilson and Hilferty, PNAS 17, 1931).
-double chi_square_limit(double freedom) {
-  const double a = 2 / (9 * freedom);
-  return freedom * std::pow(1 - a + 4.753 * std::sqrt(a), 3);
-}
-
-double chi_square_of_places(const Sampler& sampler, int cells,
-                            const std::function<double(double)>& warp) {
-  std::vector<int> counts(static_cast<std::size_t>(cells * cells));
-  int total = 0;
+// Places of all rays of the image within their pixels, against equal shares of a grid of cells.
+test::ChiSquare places(const Sampler& sampler, const std::function<double(double)>& warp) {
+  constexpr int cells = 5;
+  std::vector<double> observed(cells * cells), expected(cells * cells);
   for (int y = 0; y < 30; ++y) {
     for (int x = 0; x < 40; ++x) {
       for (const PixelRay& ray : rays_of(sampler, x, y)) {
         const int i = std::min(cells - 1, static_cast<int>(warp(ray.px - x) * cells));
         const int j = std::min(cells - 1, static_cast<int>((ray.py - y) * cells));
-        ++counts[static_cast<std::size_t>(j * cells + i)];
-        ++total;
+        ++observed[static_cast<std::size_t>(j * cells + i)];
+        for (double& share : expected) share += 1.0 / (cells * cells);
       }
     }
   }
-  const double expected = static_cast<double>(total) / (cells * cells);
-  double sum = 0;
-  for (const int count : counts) sum += (count - expected) * (count - expected) / expected;
-  return sum;
+  return test::chi_square(observed, expected);
 }
 
 }  // namespace
@@ -97,10 +91,9 @@ TEST_CASE("rays are uniform over the pixel", "[sensor][sampler]") {
   const Camera camera = plain_camera();
   for (const int count : {1, 7}) {  // 7 has strata that no cell of the test lines up with
     const Sampler sampler(camera, {.max_oversampling = count, .seed = 5});
-    CHECK(chi_square_of_places(sampler, 5, [](double x) { return x; }) < chi_square_limit(24));
+    CHECK(places(sampler, [](double x) { return x; }));
     // A twin: places that are slightly denser on the left are seen.
-    CHECK(chi_square_of_places(sampler, 5, [](double x) { return std::pow(x, 1.4); }) >
-          chi_square_limit(24));
+    CHECK(!places(sampler, [](double x) { return std::pow(x, 1.4); }));
   }
 }
 
@@ -108,22 +101,23 @@ TEST_CASE("the mean over rays is unbiased for a curved picture", "[sensor][sampl
   // f(x, y) = x^2 y has the mean 1/6; a sampler at fixed centres of its cells would be off.
   const Camera camera = plain_camera();
   for (const int count : {1, 2, 7, 12}) {
-    const Sampler sampler(camera, {.max_oversampling = count, .seed = 11});
-    double sum = 0, sum2 = 0;
-    for (int y = 0; y < 30; ++y) {
-      for (int x = 0; x < 40; ++x) {
-        double mean = 0;
-        for (const PixelRay& ray : rays_of(sampler, x, y)) {
-          mean += (ray.px - x) * (ray.px - x) * (ray.py - y) / count;
+    double sum = 0, sum2 = 0, n = 0;
+    for (std::uint64_t seed = 1; seed <= 16; ++seed) {
+      const Sampler sampler(camera, {.max_oversampling = count, .seed = seed});
+      for (int y = 0; y < 30; ++y) {
+        for (int x = 0; x < 40; ++x, ++n) {
+          double mean = 0;
+          for (const PixelRay& ray : rays_of(sampler, x, y)) {
+            mean += (ray.px - x) * (ray.px - x) * (ray.py - y) / count;
+          }
+          sum += mean;
+          sum2 += mean * mean;
         }
-        sum += mean;
-        sum2 += mean * mean;
       }
     }
-    const double n = 1200, mean = sum / n;
-    const double error = std::sqrt((sum2 / n - mean * mean) / n);
-    CHECK(std::abs(mean - 1.0 / 6) < 4.9 * error);
-    CHECK(error < 0.04 / 6 / std::sqrt(count) * 5);
+    const double mean = sum / n, error = std::sqrt((sum2 / n - mean * mean) / n);
+    CHECK(test::agree(mean, error, 1.0 / 6, {.resolution = 0.08 / count, .comparisons = 4}));
+    CHECK(!test::agree(1.0 / 8, error, 1.0 / 6, {.resolution = 0.08 / count, .comparisons = 4}));
   }
 }
 

@@ -1,0 +1,32 @@
+// Image files: OpenEXR for numbers, PNG for eyes. Written under a temporary name and renamed.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "sensor/image.h"
+
+namespace obscura {
+
+/// Writes one part, all channels float32 under their own names, with the metadata. An existing file
+/// is replaced, in one step and only by a whole one.
+/// @throws ResourceError where it cannot be written
+void write_image(const std::filesystem::path& path, const Image& image);
+
+/// Reads the first part of any image that OpenImageIO knows, as float32 (EXR: names and metadata as
+/// written; channels in the file's order, which OpenEXR sorts).
+/// @throws InputError where the file is missing, broken or deep
+Image read_image(const std::filesystem::path& path);
+
+/// 8 bits, red green blue, row by row from the top left.
+struct Raster {
+  int columns = 0;
+  int rows = 0;
+  std::vector<std::uint8_t> rgb;
+};
+
+/// @throws ResourceError where it cannot be written
+void write_png(const std::filesystem::path& path, const Raster& raster);
+
+}  // namespace obscura
