@@ -1,0 +1,15 @@
+#include "scene/description.h"
+
+#include <algorithm>
+
+namespace obscura {
+
+Emitter emitter(const Description& scene, const BandDescription& band, bool has_temperature,
+                bool has_radiance) noexcept {
+  const bool any_grey = std::any_of(scene.bands.begin(), scene.bands.end(),
+                                    [](const BandDescription& b) { return b.grey(); });
+  if (has_temperature && !band.grey() && (!has_radiance || any_grey)) return Emitter::planck;
+  return has_radiance ? Emitter::radiance : Emitter::none;
+}
+
+}  // namespace obscura

@@ -1,0 +1,198 @@
+// The wish: what a scene file says, checked, with every default filled in. Plain values in the file's own
+// units (its names carry them); nothing here is loaded but small tables.
+#pragma once
+
+#include "octree/base/math.h"
+#include "photon/phase.h"
+#include "photon/spectrum.h"
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace obscura {
+
+/// One band; without `um` it is grey: no wavelengths, any one unit, no Planck.
+struct BandDescription {
+  std::string name;
+  std::optional<std::array<double, 2>> um;  ///< lower and upper edge, increasing
+  int samples = 1;                          ///< spectral intervals in the band
+  Spectrum response = Spectrum::constant(1);
+
+  bool grey() const noexcept { return !um; }
+};
+
+/// p -> t + Rz Ry Rx (s p), right-handed; the scale leaves density unchanged.
+struct PlaceDescription {
+  Vec3d translate_m{0, 0, 0};
+  Vec3d rotate_deg{0, 0, 0};
+  double scale = 1;
+};
+
+enum class GridKind { file, sphere, box, gaussian };
+
+/// A volume: a file (its kind is its extension), or a shape with one grid "density".
+struct GridDescription {
+  GridKind kind = GridKind::file;
+  std::filesystem::path file;  ///< absolute or relative to the working folder, ready to open
+  double radius_m = 0;         ///< sphere
+  double sigma_m = 0;          ///< gaussian
+  Vec3d size_m{0, 0, 0};       ///< box, gaussian
+  double voxel_m = 0;          ///< all shapes
+};
+
+struct PuffSourceDescription {
+  Vec3d position_m{0, 0, 0};
+  double mass_g = 0;
+  double burn_s = 0;
+  double K = 0;
+};
+
+/// A generated smoke cloud with the grids "density" (g/m3) and "temperature" (K).
+struct PuffsDescription {
+  std::vector<PuffSourceDescription> sources;
+  Vec3d wind_m_s{0, 0, 0};
+  double turbulence = 0;
+  double age_s = 0;
+  double voxel_m = 0;
+  std::uint64_t seed = 1;
+};
+
+/// What one grid of a cloud does to light. Media of a cloud overlap and add up.
+struct MediumDescription {
+  std::string density = "density";               ///< grid name
+  Spectrum extinction = Spectrum::constant(0);   ///< 1/m per unit of density
+  Spectrum albedo = Spectrum::constant(0);
+  PhaseFunction phase;
+};
+
+/// The kelvin of a cloud: value of the grid * scale + offset_K, or one number.
+struct TemperatureDescription {
+  std::string grid;  ///< empty: `K` everywhere
+  double scale = 1;
+  double offset_K = 0;
+  double K = 0;
+};
+
+struct CloudDescription {
+  std::string name;
+  std::optional<GridDescription> grid;    ///< exactly one of grid and puffs
+  std::optional<PuffsDescription> puffs;
+  std::vector<MediumDescription> media;   ///< one or more
+  std::optional<TemperatureDescription> temperature;
+  std::optional<Spectrum> source;         ///< see Emitter
+  Spectrum emission = Spectrum::constant(0);  ///< W/m3/sr per unit of density, added as it is
+  PlaceDescription place;
+  std::array<bool, 2> periodic{false, false};   ///< along x, y
+  std::array<double, 2> period_m{0, 0};         ///< 0: not given, n * dx
+};
+
+/// A hot sphere.
+struct SourceDescription {
+  std::string name;
+  Vec3d position_m{0, 0, 0};
+  double radius_m = 0;
+  std::optional<double> K;
+  std::optional<Spectrum> radiance;
+};
+
+/// One hot sphere of a table over time.
+struct ParticleDescription {
+  double s = 0;
+  Vec3d position_m{0, 0, 0};
+  double radius_m = 0;
+  double K = 0;
+};
+
+struct SkyDescription {
+  std::optional<double> K;
+  std::optional<Spectrum> radiance;
+};
+
+struct SunDescription {
+  Vec3d toward{0, 0, 1};  ///< unit vector from the scene to the sun
+  Spectrum irradiance = Spectrum::constant(0);  ///< normal to the beam
+  double diameter_deg = 0.533;
+};
+
+enum class ProjectionKind { perspective, orthographic, fisheye };
+
+struct SensorDescription {
+  Vec3d position_m{0, 0, 0};
+  Vec3d look_at_m{0, 0, 0};
+  Vec3d up{0, 0, 1};
+  ProjectionKind projection = ProjectionKind::perspective;
+  double fov_deg = 20;  ///< perspective: full horizontal angle; fisheye: across the shorter side
+  double width_m = 0;   ///< orthographic
+  std::array<int, 2> resolution{320, 240};
+  int max_oversampling = 16;           ///< rays per pixel
+  std::optional<int> scattering_depth; ///< none: no limit
+};
+
+struct ProbeDescription {
+  std::string name;
+  Vec3d position_m{0, 0, 0};
+};
+
+struct FluxDescription {
+  std::string name;
+  Vec3d center_m{0, 0, 0};
+  Vec3d normal{0, 0, 1};  ///< unit vector
+  std::array<double, 2> size_m{0, 0};
+};
+
+struct BeamDescription {
+  Vec3d position_m{0, 0, 0};
+  Vec3d toward{0, 0, -1};  ///< unit vector, where the light goes
+  double radius_m = 0;
+  Spectrum power = Spectrum::constant(1);
+};
+
+enum class MethodKind { photon, baked, path };
+enum class KernelKind { constant, epanechnikov, cone, gaussian };
+enum class DirectionsKind { stratified, regular, random };
+
+struct RenderDescription {
+  MethodKind method = MethodKind::photon;
+  std::uint64_t photons = 1000000;  ///< emitted, per band
+  int nearest = 64;
+  KernelKind kernel = KernelKind::epanechnikov;
+  double photon_power_min = 0;
+  DirectionsKind directions = DirectionsKind::stratified;
+  std::optional<int> final_gather;  ///< none: the plan decides
+  int samples = 64;
+  double octree_tolerance = 1e-3;
+  std::uint64_t seed = 1;
+};
+
+/// A scene. Every value is inside its range; every named file was there when it was read.
+struct Description {
+  std::string name;
+  double time_s = 0;
+  std::vector<BandDescription> bands;
+  std::vector<CloudDescription> clouds;
+  std::vector<SourceDescription> sources;
+  std::vector<ParticleDescription> particles;  ///< all times, as in the file
+  std::optional<SkyDescription> sky;
+  std::optional<SunDescription> sun;
+  SensorDescription sensor;
+  std::vector<ProbeDescription> probes;
+  std::vector<FluxDescription> flux;
+  std::vector<BeamDescription> beams;
+  RenderDescription render;
+
+  std::vector<std::string> warnings;  ///< what the user should know, one sentence each
+  std::string hash;                   ///< 16 hexadecimal digits; the same for the same values, however written
+};
+
+/// What gives the radiance of something that may have a temperature and a radiance (a cloud's `source`).
+/// A grey band takes the radiance. So does any other band, unless the scene also holds grey bands and the
+/// temperature is given beside: then the radiance is for those.
+enum class Emitter { none, planck, radiance };
+Emitter emitter(const Description& scene, const BandDescription& band, bool has_temperature,
+                bool has_radiance) noexcept;
+
+}  // namespace obscura

@@ -1,0 +1,322 @@
+// The keys of the scene file, each written once: reader and schema are both visitors of these functions.
+//   v.required / v.optional(key, member, limits, what it is): the member's value is the default
+//   v.later(key, default, what): not available yet, refused unless it holds its default
+//   v.form(key[, word]): the keys that follow belong to the form that has this key (with this word) ...
+//   v.every_form(): ... until here; v.sets(member, value): what the form means
+//   v.exactly_one(keys): one of these keys has to be given
+#pragma once
+
+#include "scene/scene_json.h"
+#include "scene/scene_limits.h"
+
+#include <cmath>
+
+namespace obscura::detail {
+
+template <class V>
+void keys(V& v, PlaceDescription& p) {
+  v.optional("translate_m", p.translate_m, any(), "shift, applied last");
+  v.optional("rotate_deg", p.rotate_deg, any(), "rotation about x, then y, then z, right-handed");
+  v.optional("scale", p.scale, above(0), "size factor, applied first; density is unchanged");
+}
+
+template <class V>
+void keys(V& v, BandDescription& b) {
+  v.optional("name", b.name, any(), "name of the band's channels; default band1, band2, ...");
+  v.optional("um", b.um, numbers(2, above(0)), "lower and upper wavelength; without it the band is grey");
+  v.optional("samples", b.samples, between(1, 10000), "spectral intervals in the band");
+  v.optional("response", b.response, at_least(0), "spectral response, not normalised");
+}
+
+template <class V>
+void keys(V& v, GridDescription& g) {
+  v.form("file");
+  v.sets(g.kind, GridKind::file);
+  v.required("file", g.file, files({".vdb", ".nvdb", ".nc", ".txt", ".json"}),
+             "volume: OpenVDB, NanoVDB, NetCDF, LES text or raw voxels");
+  v.form("shape", "sphere");
+  v.sets(g.kind, GridKind::sphere);
+  v.required("radius_m", g.radius_m, above(0), "radius");
+  v.required("voxel_m", g.voxel_m, above(0), "edge of a voxel");
+  v.form("shape", "box");
+  v.sets(g.kind, GridKind::box);
+  v.required("size_m", g.size_m, above(0), "edges, centred on the origin");
+  v.required("voxel_m", g.voxel_m, above(0), "edge of a voxel");
+  v.form("shape", "gaussian");
+  v.sets(g.kind, GridKind::gaussian);
+  v.required("sigma_m", g.sigma_m, above(0), "standard deviation");
+  v.required("size_m", g.size_m, above(0), "edges of the grid, centred on the origin");
+  v.required("voxel_m", g.voxel_m, above(0), "edge of a voxel");
+}
+
+template <class V>
+void keys(V& v, PuffSourceDescription& s) {
+  v.required("position_m", s.position_m, any(), "where it burns");
+  v.required("mass_g", s.mass_g, at_least(0), "smoke that it gives in all");
+  v.required("burn_s", s.burn_s, above(0), "how long it burns");
+  v.required("K", s.K, at_least(0), "temperature of the fresh smoke");
+}
+
+template <class V>
+void keys(V& v, PuffsDescription& p) {
+  v.required("sources", p.sources, items(1), "pyrotechnic sources");
+  v.optional("wind_m_s", p.wind_m_s, any(), "wind");
+  v.optional("turbulence", p.turbulence, at_least(0), "strength of the noise that breaks the puffs up");
+  v.required("age_s", p.age_s, at_least(0), "time since the sources were lit");
+  v.required("voxel_m", p.voxel_m, above(0), "edge of a voxel");
+  v.optional("seed", p.seed, at_least(0), "seed of the noise");
+}
+
+enum class PhaseKind { isotropic, rayleigh, henyey_greenstein, double_henyey_greenstein, table };
+struct PhaseDescription {
+  PhaseKind kind = PhaseKind::isotropic;
+  double g = 0;                          // henyey_greenstein
+  double g1 = 0, g2 = 0, weight = 1;     // double_henyey_greenstein
+  std::vector<double> angle_deg, value;  // table, or
+  std::filesystem::path file;
+};
+template <class V>
+void keys(V& v, PhaseDescription& p) {
+  v.default_form("type", "isotropic");
+  v.form("type", "rayleigh");
+  v.sets(p.kind, PhaseKind::rayleigh);
+  v.form("type", "henyey_greenstein");
+  v.sets(p.kind, PhaseKind::henyey_greenstein);
+  v.required("g", p.g, between(-1, 1), "mean cosine");
+  v.form("type", "double_henyey_greenstein");
+  v.sets(p.kind, PhaseKind::double_henyey_greenstein);
+  v.required("g1", p.g1, between(-1, 1), "mean cosine of the first lobe");
+  v.required("g2", p.g2, between(-1, 1), "mean cosine of the second lobe");
+  v.required("weight", p.weight, between(0, 1), "share of the first lobe");
+  v.form("type", "table");
+  v.sets(p.kind, PhaseKind::table);
+  v.exactly_one({"angle_deg", "file"});
+  v.optional("angle_deg", p.angle_deg, numbers(2, between(0, 180)), "scattering angles from 0 (forward) to 180");
+  v.optional("value", p.value, numbers(2, at_least(0), false), "phase function there, in any unit");
+  v.optional("file", p.file, any(), "table with the header angle_deg,value");
+}
+
+template <class V>
+void keys(V& v, MediumDescription& m) {
+  v.optional("density", m.density, any(), "grid of the amount, e.g. g/m3");
+  const bool coefficients = v.later("coefficients", Json::object(), "per band, grids of coefficients");
+  const bool mie = v.later("mie", Json::object(), "optics of spheres");
+  v.later("radius", Json::object(), "grid of the droplets' radius");
+  if (coefficients || mie) {
+    v.optional("extinction", m.extinction, at_least(0), "1/m per unit of density");
+  } else {
+    v.required("extinction", m.extinction, at_least(0), "1/m per unit of density");
+  }
+  v.optional("albedo", m.albedo, between(0, 1), "scattered share of the extinction");
+  PhaseDescription phase;
+  v.optional("phase", phase, any(), "where scattered light goes");
+  v.phase_function(phase, m.phase);
+}
+
+template <class V>
+void keys(V& v, TemperatureDescription& t) {
+  v.form("grid");
+  v.required("grid", t.grid, any(), "grid of the temperature");
+  v.optional("scale", t.scale, any(), "factor that gives kelvin");
+  v.optional("offset_K", t.offset_K, any(), "added after the factor");
+  v.form("K");
+  v.required("K", t.K, at_least(0), "temperature of the whole cloud");
+}
+
+template <class V>
+void keys(V& v, CloudDescription& c) {
+  v.optional("name", c.name, any(), "for messages and the report; default cloud1, cloud2, ...");
+  v.exactly_one({"grid", "frames", "puffs"});
+  v.optional("grid", c.grid, any(), "a volume from a file, or a shape");
+  v.later("frames", Json::object(), "a cloud that changes");
+  v.optional("puffs", c.puffs, any(), "a generated smoke cloud");
+  v.required("media", c.media, items(1), "what the grids do to light; several add up");
+  v.optional("temperature", c.temperature, any(), "absent: the cloud does not emit");
+  v.optional("source", c.source, at_least(0), "in place of Planck: emission = absorption * source");
+  v.optional("emission", c.emission, at_least(0), "W/m3/sr per unit of density, added as it is");
+  v.optional("place", c.place, any(), "where the cloud stands");
+  v.later("trajectory", Json::array(), "poses over time");
+  v.later("carried_by", nullptr, "object that carries the cloud");
+  std::vector<Axis> axes;
+  std::vector<double> periods;
+  v.optional("periodic", axes, any(), "axes along which the cloud repeats for ever");
+  v.optional("period_m", periods, numbers(1, above(0), false),
+             "one period for each periodic axis; required for .vdb and .nvdb");
+  v.periods(axes, periods, c);
+}
+
+template <class V>
+void keys(V& v, SourceDescription& s) {
+  v.optional("name", s.name, any(), "for messages");
+  v.required("position_m", s.position_m, any(), "centre");
+  v.required("radius_m", s.radius_m, above(0), "radius");
+  v.optional("K", s.K, at_least(0), "temperature; not in a grey band");
+  v.optional("radiance", s.radiance, at_least(0), "in place of K");
+}
+
+template <class V>
+void keys(V& v, SkyDescription& s) {
+  v.optional("radiance", s.radiance, at_least(0), "radiance over the full sphere");
+  v.optional("K", s.K, at_least(0), "temperature of a black sky; not in a grey band");
+  v.later("elevation_deg", nullptr, "sky by elevation");
+  v.later("file", nullptr, "sky from an image");
+}
+
+/// Unit vector: x is east, y is north.
+inline Vec3d toward_sky(double zenith_deg, double azimuth_deg) noexcept {
+  const double z = zenith_deg * kPi / 180, a = azimuth_deg * kPi / 180;
+  return {std::sin(z) * std::sin(a), std::sin(z) * std::cos(a), std::cos(z)};
+}
+template <class V>
+void keys(V& v, SunDescription& s) {
+  bool angles = false;
+  double zenith_deg = 0, azimuth_deg = 0;
+  v.form("toward");
+  v.required("toward", s.toward, any(), "direction from the scene to the sun");
+  v.form("zenith_deg");
+  v.sets(angles, true);
+  v.required("zenith_deg", zenith_deg, between(0, 180), "angle between the sun and straight up");
+  v.optional("azimuth_deg", azimuth_deg, between(-360, 360), "from north (y), clockwise");
+  v.every_form();
+  if (angles) s.toward = toward_sky(zenith_deg, azimuth_deg);
+  v.required("irradiance", s.irradiance, at_least(0), "normal to the beam");
+  v.optional("diameter_deg", s.diameter_deg, from_below(0, 180), "apparent diameter");
+}
+
+// Not available yet, but their keys are known.
+struct AtmosphereDescription {};
+template <class V>
+void keys(V& v, AtmosphereDescription&) {
+  v.later("extinction_per_m", 0.0, "extinction of the air");
+  v.later("K", 288, "temperature of the air");
+}
+
+struct ParticlesDescription {
+  std::filesystem::path file;
+};
+template <class V>
+void keys(V& v, ParticlesDescription& p) {
+  v.required("file", p.file, any(), "table with the header s,x_m,y_m,z_m,radius_m,K");
+}
+
+struct EnvironmentDescription {
+  std::optional<SkyDescription> sky;
+  std::optional<SunDescription> sun;
+  AtmosphereDescription atmosphere;
+};
+template <class V>
+void keys(V& v, EnvironmentDescription& e) {
+  v.optional("sky", e.sky, any(), "light from everywhere");
+  v.optional("sun", e.sun, any(), "a distant disc of light");
+  v.later("moon", Json::object(), "a second distant disc of light");
+  v.optional("atmosphere", e.atmosphere, any(), "clear air between the scene's elements");
+}
+
+struct AntialiasingDescription {};
+template <class V>
+void keys(V& v, AntialiasingDescription&) {
+  v.later("polygons", 2, "refine where the spot holds at least this many different polygons");
+  v.later("polygons_strict", nullptr, "the same, counting all polygons");
+  v.later("materials", 2, "refine where the spot holds at least this many materials");
+  v.later("normal_deg", 5, "refine where normals differ by more");
+  v.later("depth", 0.05, "refine where the depth varies by more, relative");
+  v.later("temperature_K", 1, "refine where the temperature varies by more");
+  v.later("emissivity", 0.02, "refine where the emissivity varies by more");
+  v.later("shadow", 0.05, "refine where the shadow varies by more");
+  v.later("transmission", 0.05, "refine where the transmission varies by more");
+  v.later("radiance", 0.05, "refine where the radiance varies by more, relative");
+}
+
+struct DetectorDescription {};
+template <class V>
+void keys(V& v, DetectorDescription&) {
+  v.later("psf_sigma_px", 0, "blur");
+  v.later("nedt_K", 0, "noise");
+  v.later("bits", 0, "quantisation");
+  v.later("range", Json::array({0, 1}), "range of the quantisation");
+}
+
+template <class V>
+void keys(V& v, SensorDescription& s) {
+  v.required("position_m", s.position_m, any(), "where the sensor is");
+  v.required("look_at_m", s.look_at_m, any(), "the point in the image's centre");
+  v.optional("up", s.up, any(), "upwards in the image");
+  v.optional("projection", s.projection, any(), "kind of camera");
+  v.optional("fov_deg", s.fov_deg, above_to(0, 360),
+             "perspective: full horizontal angle, below 180; fisheye: across the shorter side");
+  v.optional("width_m", s.width_m, above(0), "orthographic: width of the picture; required there");
+  v.optional("resolution", s.resolution, between(1, 65536), "pixels across and down");
+  v.optional("max_oversampling", s.max_oversampling, between(1, 65536), "rays per pixel at most");
+  AntialiasingDescription antialiasing;
+  v.optional("antialiasing", antialiasing, any(), "where to send more rays");
+  v.later("specular_depth", 4, "mirror reflections at most");
+  v.optional("scattering_depth", s.scattering_depth, between(0, 1e9), "scatterings at most; null: no limit");
+  DetectorDescription detector;
+  v.optional("detector", detector, any(), "what the detector adds");
+}
+
+template <class V>
+void keys(V& v, ProbeDescription& p) {
+  v.optional("name", p.name, any(), "for the report; default probe1, probe2, ...");
+  v.required("position_m", p.position_m, any(), "where the fluence is wanted");
+}
+
+template <class V>
+void keys(V& v, FluxDescription& f) {
+  v.optional("name", f.name, any(), "for the report; default flux1, flux2, ...");
+  v.required("center_m", f.center_m, any(), "centre of the rectangle");
+  v.required("normal", f.normal, any(), "forward is along it");
+  v.required("size_m", f.size_m, above(0), "edges of the rectangle");
+}
+
+template <class V>
+void keys(V& v, BeamDescription& b) {
+  v.required("position_m", b.position_m, any(), "where the light starts");
+  v.required("toward", b.toward, any(), "where the light goes");
+  v.optional("radius_m", b.radius_m, at_least(0), "radius of the beam");
+  v.optional("power", b.power, at_least(0), "power of the beam");
+}
+
+template <class V>
+void keys(V& v, RenderDescription& r) {
+  v.optional("method", r.method, any(), "how multiple scattering is found");
+  v.optional("photons", r.photons, between(1, 4294967295.0), "photons emitted, per band");
+  v.optional("nearest", r.nearest, between(1, 100000), "photons of a density estimate");
+  v.optional("kernel", r.kernel, any(), "weight over the distance in a density estimate");
+  v.optional("photon_power_min", r.photon_power_min, at_least(0), "photons below this are not stored");
+  v.optional("directions", r.directions, any(), "how photons leave their sources");
+  v.final_gather(r.final_gather);
+  v.optional("samples", r.samples, between(1, 1e9), "paths per pixel of final gather and method path");
+  v.optional("octree_tolerance", r.octree_tolerance, from_below(0, 1), "error of a ray's transmission");
+  v.later("target_error", nullptr, "image error to reach");
+  v.later("time_limit_s", nullptr, "time to stop at");
+  v.later("memory_MiB", nullptr, "memory to stay below");
+  v.optional("seed", r.seed, at_least(0), "seed of all random numbers");
+}
+
+template <class V>
+void keys(V& v, Description& d) {
+  int version = 1;
+  v.required("obscura", version, between(1, 1), "version of the format");
+  v.optional("name", d.name, any(), "what the scene shows");
+  v.optional("time_s", d.time_s, any(), "the picture's time");
+  v.required("bands", d.bands, items(1), "what the sensor tells apart");
+  v.optional("clouds", d.clouds, any(), "volumes that emit, absorb and scatter");
+  v.later("objects", Json::array(), "surfaces");
+  v.later("materials", Json::object(), "materials of surfaces");
+  v.optional("sources", d.sources, any(), "hot spheres");
+  ParticlesDescription particles;
+  v.optional("particles", particles, any(), "hot particles over time");
+  v.particles(particles, d.particles);
+  EnvironmentDescription environment{d.sky, d.sun, {}};
+  v.optional("environment", environment, any(), "sky, sun and air");
+  d.sky = environment.sky;
+  d.sun = environment.sun;
+  v.required("sensor", d.sensor, any(), "the camera");
+  v.optional("probes", d.probes, any(), "points whose fluence goes to the report");
+  v.optional("flux", d.flux, any(), "rectangles whose power goes to the report");
+  v.optional("beams", d.beams, any(), "collimated light");
+  v.optional("render", d.render, any(), "how to compute");
+}
+
+}  // namespace obscura::detail

@@ -1,0 +1,93 @@
+// What a value of the scene file may be beyond its type; and the words of its enumerations.
+#pragma once
+
+#include "octree/base/math.h"
+#include "scene/description.h"
+
+#include <array>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace obscura::detail {
+
+/// Bounds of a number, or of each number in a list, vector or spectral table.
+struct Limits {
+  double min = -kInfinity;
+  double max = kInfinity;
+  bool above_min = false;  ///< min itself is refused
+  bool below_max = false;
+  std::size_t min_items = 0;                   ///< of a list
+  bool increasing = false;                     ///< of a list, strictly
+  std::vector<std::string> extensions{};       ///< of a file, with the dot; empty: any
+
+  bool hold(double value) const noexcept {
+    return (above_min ? value > min : value >= min) && (below_max ? value < max : value <= max);
+  }
+  /// "above 0", "from 0 to 1", ...; empty where everything is allowed.
+  std::string text() const;
+};
+
+inline Limits any() { return {}; }
+inline Limits at_least(double min) { return {.min = min}; }
+inline Limits above(double min) { return {.min = min, .above_min = true}; }
+inline Limits between(double min, double max) { return {.min = min, .max = max}; }
+inline Limits inside(double min, double max) {
+  return {.min = min, .max = max, .above_min = true, .below_max = true};
+}
+inline Limits above_to(double min, double max) { return {.min = min, .max = max, .above_min = true}; }
+inline Limits from_below(double min, double max) { return {.min = min, .max = max, .below_max = true}; }
+inline Limits items(std::size_t min_items) { return {.min_items = min_items}; }
+inline Limits numbers(std::size_t min_items, Limits each, bool increasing = true) {
+  each.min_items = min_items;
+  each.increasing = increasing;
+  return each;
+}
+inline Limits files(std::vector<std::string> extensions) { return {.extensions = std::move(extensions)}; }
+
+/// One word of an enumeration; one that is not available yet is refused by name.
+template <class E>
+struct Word {
+  std::string_view text;
+  E value;
+  bool later = false;
+};
+
+template <class E>
+struct Words;
+
+enum class Axis { x, y };
+template <>
+struct Words<Axis> {
+  static constexpr std::array<Word<Axis>, 2> list{{{"x", Axis::x}, {"y", Axis::y}}};
+};
+template <>
+struct Words<ProjectionKind> {
+  static constexpr std::array<Word<ProjectionKind>, 3> list{{
+      {"perspective", ProjectionKind::perspective},
+      {"orthographic", ProjectionKind::orthographic},
+      {"fisheye", ProjectionKind::fisheye}}};
+};
+template <>
+struct Words<MethodKind> {
+  static constexpr std::array<Word<MethodKind>, 3> list{{{"photon", MethodKind::photon},
+                                                         {"baked", MethodKind::baked, true},
+                                                         {"path", MethodKind::path, true}}};
+};
+template <>
+struct Words<KernelKind> {
+  static constexpr std::array<Word<KernelKind>, 4> list{{{"constant", KernelKind::constant},
+                                                         {"epanechnikov", KernelKind::epanechnikov},
+                                                         {"cone", KernelKind::cone},
+                                                         {"gaussian", KernelKind::gaussian}}};
+};
+template <>
+struct Words<DirectionsKind> {
+  static constexpr std::array<Word<DirectionsKind>, 3> list{{{"stratified", DirectionsKind::stratified},
+                                                             {"regular", DirectionsKind::regular},
+                                                             {"random", DirectionsKind::random}}};
+};
+
+}  // namespace obscura::detail

@@ -1,0 +1,101 @@
+// What several keys of one object mean together.
+#include "scene/scene_keys.h"
+#include "scene/scene_reader.h"
+#include "scene/scene_table_io.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace obscura::detail {
+
+void ObjectReader::phase_function(const PhaseDescription& phase, PhaseFunction& function) {
+  const std::string pointer = pointer_to(pointer_, "phase");
+  if (!findings_.good(pointer)) return;
+  switch (phase.kind) {
+    case PhaseKind::isotropic: return;
+    case PhaseKind::rayleigh: function = PhaseFunction::rayleigh(); return;
+    case PhaseKind::henyey_greenstein: function = PhaseFunction::henyey_greenstein(phase.g); return;
+    case PhaseKind::double_henyey_greenstein:
+      function = PhaseFunction::double_henyey_greenstein(phase.g1, phase.g2, phase.weight);
+      return;
+    case PhaseKind::table: break;
+  }
+  Table table{{phase.angle_deg, phase.value}, {}, {}};
+  if (!phase.file.empty()) table = read_table(phase.file, {"angle_deg", "value"});
+  if (!table.problem.empty()) {
+    findings_.problem(pointer_to(pointer, "file"), table.problem, table.hint);
+    return;
+  }
+  try {
+    double norm_change = 0;
+    function = PhaseFunction::table(table.columns[0], table.columns[1], &norm_change);
+    if (std::abs(norm_change) > 0.01) {
+      findings_.warn(fmt::format("{}: the integral over the sphere is {:.4g}; normalised to 1", pointer,
+                                 1 + norm_change));
+    }
+  } catch (const InputError& error) {
+    for (const Problem& p : error.problems()) findings_.problem(pointer, p.problem, p.hint);
+  }
+}
+
+void ObjectReader::periods(const std::vector<Axis>& axes, const std::vector<double>& periods,
+                           CloudDescription& cloud) {
+  for (const Axis axis : axes) cloud.periodic[axis == Axis::x ? 0 : 1] = true;
+  const std::string where = pointer_to(pointer_, "periodic");
+  const std::string period = pointer_to(pointer_, "period_m");
+  if (axes.size() > 2 || (axes.size() == 2 && axes[0] == axes[1])) {
+    findings_.problem(where, "the same axis is given twice", "name each axis once");
+    return;
+  }
+  if (!periods.empty() && !find("periodic")) {
+    findings_.problem(period, "a period is given, but no axis is periodic", "add \"periodic\": [\"x\", \"y\"]");
+    return;
+  }
+  if (axes.empty()) return;
+  if (!find("period_m")) {
+    const std::string extension = cloud.grid ? cloud.grid->file.extension().string() : "";
+    if (extension == ".vdb" || extension == ".nvdb") {
+      findings_.problem(period,
+                        fmt::format("\"period_m\" is missing: a {} file does not say where a period ends", extension),
+                        "give one period for each periodic axis");
+    }
+  } else if (findings_.good(period) && periods.size() != axes.size()) {
+    findings_.problem(period, fmt::format("{} periods for {} periodic axes", periods.size(), axes.size()),
+                      "give one for each, in the order of \"periodic\"");
+  } else if (findings_.good(period)) {
+    for (std::size_t i = 0; i < axes.size(); ++i) cloud.period_m[axes[i] == Axis::x ? 0 : 1] = periods[i];
+  }
+}
+
+void ObjectReader::final_gather(std::optional<int>& bounces) {
+  optional("final_gather", bounces, between(0, 1), "bounces of final gather; null: the plan decides");
+  if (bounces == 1) {
+    findings_.problem(pointer_to(pointer_, "final_gather"), "a \"final_gather\" of 1 is not available yet",
+                      "give 0 or null");
+  }
+}
+
+void ObjectReader::particles(const ParticlesDescription& description,
+                             std::vector<ParticleDescription>& particles) {
+  if (description.file.empty()) return;
+  const std::string pointer = pointer_to(pointer_to(pointer_, "particles"), "file");
+  const Table table = read_table(description.file, {"s", "x_m", "y_m", "z_m", "radius_m", "K"});
+  if (!table.problem.empty()) {
+    findings_.problem(pointer, table.problem, table.hint);
+    return;
+  }
+  const auto& c = table.columns;
+  for (std::size_t i = 0; i < c[0].size(); ++i) {
+    if (!(c[4][i] > 0) || !(c[5][i] >= 0)) {
+      findings_.problem(pointer,
+                        fmt::format("{}: row {} has radius_m {:g} and K {:g}", description.file.string(), i + 1,
+                                    c[4][i], c[5][i]),
+                        "radius_m has to be above 0, K at least 0");
+      return;
+    }
+    particles.push_back({c[0][i], Vec3d(c[1][i], c[2][i], c[3][i]), c[4][i], c[5][i]});
+  }
+}
+
+}  // namespace obscura::detail

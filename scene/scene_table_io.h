@@ -1,0 +1,29 @@
+// Small files that a scene names: are they there, and what do their columns say.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace obscura::detail {
+
+/// Why a file cannot be read ("there is no such file"); empty where it can.
+std::string why_unreadable(const std::filesystem::path& file);
+
+/// Columns of a text table: a header line with exactly these names, then numbers between commas.
+/// Empty lines and lines that begin with # are skipped.
+struct Table {
+  std::vector<std::vector<double>> columns;
+  std::string problem;  ///< empty: none
+  std::string hint;
+};
+Table read_table(const std::filesystem::path& file, const std::vector<std::string>& header);
+
+/// The whole file. @throws InputError naming the file where it cannot be read
+std::string read_text(const std::filesystem::path& file);
+
+/// Files that a raw-voxel .json names and that cannot be read: "file: why" each. What else may be wrong
+/// with it is the importer's to say.
+std::vector<std::string> unreadable_raw_files(const std::filesystem::path& json_file);
+
+}  // namespace obscura::detail
