@@ -1,6 +1,7 @@
 // Reads scene files.
 #pragma once
 
+#include "octree/base/error.h"
 #include "scene/description.h"
 
 #include <filesystem>

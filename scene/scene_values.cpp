@@ -13,11 +13,11 @@ namespace obscura {
 namespace detail {
 
 std::string Limits::text() const {
-  const std::string low = fmt::format("{}{:g}", above_min ? "above " : "at least ", min);
-  const std::string high = fmt::format("{}{:g}", below_max ? "below " : "at most ", max);
+  const std::string low = fmt::format("{}{:.10g}", above_min ? "above " : "of at least ", min);
+  const std::string high = fmt::format("{}{:.10g}", below_max ? "below " : "at most ", max);
   if (min == -kInfinity) return max == kInfinity ? "" : high;
   if (max == kInfinity) return low;
-  if (!above_min && !below_max) return fmt::format("from {:g} to {:g}", min, max);
+  if (!above_min && !below_max) return fmt::format("from {:.10g} to {:.10g}", min, max);
   return low + " and " + high;
 }
 
