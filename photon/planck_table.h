@@ -21,7 +21,7 @@ class PlanckTable {
   /// @param K_min, K_max 0 < K_min <= K_max
   PlanckTable(const Band& band, int interval, double K_min, double K_max);
 
-  /// W/m2/sr. noexcept, no allocation, about 10 ns.
+  /// W/m2/sr. noexcept, no allocation, about a dozen nanoseconds.
   double operator()(double K) const noexcept {
     if (!(K > 0)) return K != K ? K : 0.0;
     const double u = 1 / K;
