@@ -1,0 +1,96 @@
+// What a run tells about itself: the JSON report beside the image.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace obscura {
+
+/// One effect of the plan (DESIGN.md 5): whether it runs, why, and the bound behind the decision.
+struct PlanRow {
+  std::string effect;
+  bool on = false;
+  std::string reason;
+  std::optional<double> bound;  ///< none: nothing was left out on a bound
+};
+
+/// Photon weight of one band, W. Emitted is the sum of the other four.
+struct EnergyReport {
+  double emitted_W = 0;
+  double absorbed_W = 0;   ///< by clouds
+  double surface_W = 0;    ///< by surfaces, both sides
+  double escaped_W = 0;    ///< with sun and sky photons that meet nothing
+  double truncated_W = 0;  ///< cut off by a depth limit
+};
+
+struct PhotonReport {
+  std::uint64_t emitted = 0;
+  std::uint64_t stored = 0;
+  std::uint64_t bytes = 0;
+};
+
+struct OctreeReport {
+  std::string name;
+  std::uint64_t leaves = 0;
+  std::uint64_t bytes = 0;
+  std::uint64_t bytes_dense = 0;
+  double tolerance = 0;
+  double error_measured = 0;
+  double error_bound = 0;
+};
+
+struct FluenceReport {
+  double fluence = 0;
+  double error = 0;
+};
+struct ProbeReport {
+  std::string name;
+  std::vector<std::pair<std::string, FluenceReport>> bands;
+};
+
+/// Power through a rectangle along its normal and against it.
+struct CrossingReport {
+  double forward = 0;
+  double backward = 0;
+  double error = 0;
+};
+struct FluxReport {
+  std::string name;
+  std::vector<std::pair<std::string, CrossingReport>> bands;
+};
+
+/// Lists keep their order; pairs are (name, value).
+struct Report {
+  std::string version, scene, hash;
+  std::uint64_t seed = 0;
+  std::vector<PlanRow> plan;
+  std::vector<std::pair<std::string, EnergyReport>> energy;  ///< per band
+  PhotonReport photons;
+  std::vector<OctreeReport> octree;
+  double peak_MiB = 0;
+  std::vector<std::pair<std::string, double>> time_s;            ///< per stage
+  std::vector<std::pair<std::string, std::uint64_t>> rays;       ///< per criterion
+  std::vector<std::pair<std::string, std::uint64_t>> anomalies;  ///< per kind, none where empty
+  std::vector<ProbeReport> probes;
+  std::vector<FluxReport> flux;
+  std::vector<std::string> warnings;
+  bool partial = false;
+};
+
+/// JSON as SCENE.md says, numbers in full precision; what is not finite is null.
+std::string to_json(const Report& report);
+
+/// {"plan": [...]}
+std::string to_json(const std::vector<PlanRow>& plan);
+
+/// Writes the report under a temporary name and renames it. @throws ResourceError
+void write_report(const std::filesystem::path& file, const Report& report);
+
+/// Most memory that this process has held at once, MiB; 0 where the system does not tell.
+double peak_memory_MiB();
+
+}  // namespace obscura
