@@ -13,8 +13,8 @@ namespace obscura {
 struct GatherSettings {
   int nearest = 64;  ///< k; the k-th photon gives the radius and is not counted. 2 .. Nearest::kMax
   Kernel kernel = Kernel::epanechnikov;
-  int samples = 64;            ///< points of the denominator's cubature, even; up to eight times as many
-                               ///< where the medium fills little of the ball
+  int rounds = 4;  ///< of 24 points each for the denominator: half as many in a homogeneous ball, up to
+                   ///< four times as many where the medium fills little of it. 2 .. 16
   double max_radius_m = kInfinity;  ///< where fewer than k are within it, it is the radius
   bool edge_correction = true;      ///< local linear correction for gradients at edges
 };
@@ -32,50 +32,49 @@ struct Estimate {
 
 namespace detail {
 
-/// A point of the cubature in the unit ball, distributed like the kernel; every second one is the
-/// antipode of the one before.
+/// A point of the cubature in the unit ball, distributed like the kernel. Each is followed by its
+/// antipode, so that a homogeneous medium has a first moment of 0.
 struct BallPoint {
   double x, y, z;
   double inner;  ///< what it counts in the kernel of radius 1/sqrt 2
 };
-inline constexpr int kBallPoints = 1024;
-/// Each beginning of even length is a good cubature.
-std::span<const BallPoint> ball_points(Kernel kernel) noexcept;
+inline constexpr int kRoundPoints = 24;
+inline constexpr int kMostRounds = 16;
+std::span<const BallPoint, kRoundPoints> ball_points(Kernel kernel) noexcept;
 
 struct Rotation {
   Vec3d x, y, z;  // images of the axes
 };
-/// Uniform over all rotations, the same for the same point.
-Rotation rotation_at(const Vec3d& x) noexcept;
+/// Uniform over all rotations, the same for the same point and round.
+Rotation rotation_at(const Vec3d& x, int round) noexcept;
 
 /// Moments of the extinction in a ball under its kernel; lengths in units of the ball's radius.
-class Moments3 {
- public:
-  void add(double weight, const Vec3d& d) noexcept {
-    zeroth_ += weight;
-    first_ += weight * d;
-    xx_ += weight * d.x * d.x;
-    yy_ += weight * d.y * d.y;
-    zz_ += weight * d.z * d.z;
-    xy_ += weight * d.x * d.y;
-    xz_ += weight * d.x * d.z;
-    yz_ += weight * d.y * d.z;
+struct BallMoments {
+  double zeroth = 0;
+  Vec3d first{0, 0, 0};
+  double xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
+
+  void add(double k, const Vec3d& d) noexcept {
+    const Vec3d kd = k * d;
+    zeroth += k;
+    first += kd;
+    xx += kd.x * d.x;
+    yy += kd.y * d.y;
+    zz += kd.z * d.z;
+    xy += kd.x * d.y;
+    xz += kd.x * d.z;
+    yz += kd.y * d.z;
   }
-  double zeroth() const noexcept { return zeroth_; }
-
-  /// A photon at d counts (1 - slope . d) / normaliser.
-  struct Weights {
-    Vec3d slope{0, 0, 0};
-    double normaliser = 0;
-  };
-  /// @param count  sum of the cubature's own weights
-  Weights weights(double count, double radius, bool correct) const noexcept;
-
- private:
-  double zeroth_ = 0;
-  Vec3d first_{0, 0, 0};
-  double xx_ = 0, yy_ = 0, zz_ = 0, xy_ = 0, xz_ = 0, yz_ = 0;
 };
+
+/// A photon at d counts level - slope . d: the local linear estimate over its denominator.
+struct PhotonWeight {
+  double level = 0;
+  Vec3d slope{0, 0, 0};
+  double variance = 0;  ///< of the denominator's cubature, relative
+};
+/// @param rounds  moments of independent rounds, each divided by the weight of its points
+PhotonWeight photon_weight(std::span<const BallMoments> rounds, bool correct) noexcept;
 
 }  // namespace detail
 
@@ -106,30 +105,30 @@ Estimate estimate(const PhotonMap& map, const Vec3d& x, const Extinction& extinc
   result.radius = radius;
   if (!(radius > 0)) return result;
 
-  // The denominator: extinction under the kernel, for the ball and for the one of radius / sqrt 2.
+  // The denominator: extinction under the kernel, for the ball and for the one of radius / sqrt 2, by
+  // rounds of points that are turned independently, until they agree.
   const auto points = detail::ball_points(settings.kernel);
-  const detail::Rotation turn = detail::rotation_at(x);
-  const int round = std::clamp(settings.samples, 2, detail::kBallPoints / 8) & ~1;
-  detail::Moments3 outer, inner;
-  double outer_count = 0, inner_count = 0, squares = 0;
-  for (int i = 0; i < 8 * round;) {
-    for (const int end = i + round; i < end; ++i) {
-      const detail::BallPoint& point = points[i];
-      const Vec3d d = point.x * turn.x + point.y * turn.y + point.z * turn.z;
-      const double k = extinction(x + radius * d);
-      inner_count += point.inner;
-      if (!(k > 0)) continue;
-      outer.add(k, d);
-      inner.add(k * point.inner, d);
-      squares += k * k;
+  std::array<detail::BallMoments, detail::kMostRounds> outer{}, inner{};
+  detail::PhotonWeight counts;
+  int rounds = 0;
+  const int enough = std::clamp(settings.rounds, 2, detail::kMostRounds);
+  for (int until = 2;; until = std::min(2 * until, detail::kMostRounds)) {
+    for (; rounds < until; ++rounds) {
+      const detail::Rotation turn = detail::rotation_at(x, rounds);
+      for (const detail::BallPoint& point : points) {
+        const Vec3d d = point.x * turn.x + point.y * turn.y + point.z * turn.z;
+        const double k = extinction(x + radius * d);
+        if (!(k > 0)) continue;
+        outer[rounds].add(k, d);
+        if (point.inner > 0) inner[rounds].add(k * point.inner, d);
+      }
     }
-    outer_count = i;
-    // Enough once the medium has been met by a third of a round.
-    if (3 * outer.zeroth() * outer.zeroth() >= round * squares && squares > 0) break;
+    counts = detail::photon_weight({outer.data(), std::size_t(rounds)}, settings.edge_correction);
+    const double most = rounds < enough ? 0.01 : 0.2;
+    if (rounds == detail::kMostRounds || (counts.level > 0 && counts.variance <= most * most)) break;
   }
-  const auto outer_weights = outer.weights(outer_count, radius, settings.edge_correction);
-  const auto inner_weights =
-      inner.weights(inner_count, radius * std::numbers::sqrt2 / 2, settings.edge_correction);
+  const auto inner_counts =
+      detail::photon_weight({inner.data(), std::size_t(rounds)}, settings.edge_correction);
 
   // The photons, into their batches.
   double inner_sum = 0;
@@ -141,30 +140,31 @@ Estimate estimate(const PhotonMap& map, const Vec3d& x, const Extinction& extinc
     const Vec3d d = Vec3d(map.offset(local, nearest.index(i))) / radius;
     const double light = photon.power * weight(decode_direction(photon.direction));
     const double u = distance2 / radius2;
-    result.batch[photon.batch % kBatches] += light * detail::kernel_shape(settings.kernel, u) *
-                                             (1 - outer_weights.slope.dot(d));
+    result.batch[photon.batch % kBatches] += light *
+                                             detail::kernel_shape(settings.kernel, u) *
+                                             (counts.level - counts.slope.dot(d));
     if (2 * u < 1) {
       inner_sum += light * detail::kernel_shape(settings.kernel, 2 * u) *
-                   (1 - inner_weights.slope.dot(d));
+                   (inner_counts.level - inner_counts.slope.dot(d));
     }
   }
   if (result.photons == 0) return result;
-  if (!(outer_weights.normaliser > 0)) {
+  if (!(counts.level > 0)) {
     result.batch = {};
     result.anomaly = true;
     return result;
   }
 
-  const double norm = detail::kernel_norm(settings.kernel) / map.emitted();
-  const double scale = norm / outer_weights.normaliser;
+  const double norm = detail::kernel_norm(settings.kernel) / (radius * radius2 * map.emitted());
   double sum = 0;
   for (double& batch : result.batch) {
-    batch *= scale * kBatches;
+    batch *= norm * kBatches;
     sum += batch;
   }
   result.value = sum / kBatches;
-  if (inner_weights.normaliser > 0) {
-    result.bias = 2 * (result.value - inner_sum * norm / inner_weights.normaliser);
+  if (inner_counts.level > 0) {
+    constexpr double kShrunk = 2 * std::numbers::sqrt2;  // the volume's ratio
+    result.bias = 2 * (result.value - inner_sum * norm * kShrunk);
   }
   return result;
 }
