@@ -9,7 +9,9 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -41,6 +43,8 @@ struct Word {
   static constexpr bool is_empty(std::uint32_t word) noexcept { return (word & kEmpty) != 0; }
   static constexpr int empty_level(std::uint32_t word) noexcept { return static_cast<int>(word & 31u); }
 };
+
+inline constexpr float kFloatMax = std::numeric_limits<float>::max();
 
 /// Records start at multiples of this many bytes; a word counts in these.
 inline constexpr std::size_t kRecordUnit = 16;
@@ -84,6 +88,39 @@ inline float unpack(const std::byte* record, const ChannelHeader& header, unsign
   std::memcpy(&word, data + (at >> 3), 4);
   const std::uint32_t q = (word >> (at & 7u)) & ((1u << bits) - 1u);
   return header.offset + header.scale * static_cast<float>(q);
+}
+
+/// All 8^3 voxels of a record, x fastest.
+inline void unpack_brick(const std::byte* record, const ChannelHeader& header,
+                         std::span<float, 512> out) noexcept {
+  if (header.bits() == 0) {
+    std::fill(out.begin(), out.end(), header.offset);
+    return;
+  }
+  const int level = header.cell_level();
+  const int bits = 3 - level;
+  if (level == 0 && header.bits() == 32) {
+    std::memcpy(out.data(), record + header.data_offset(), 512 * sizeof(float));
+    return;
+  }
+  for (int i = 0; i < 512; ++i) {
+    const int x = (i & 7) >> level, y = ((i >> 3) & 7) >> level, z = (i >> 6) >> level;
+    out[static_cast<std::size_t>(i)] =
+        unpack(record, header, static_cast<unsigned>(x | y << bits | z << (2 * bits)));
+  }
+}
+
+/// Voxels of a cell that lie in the domain.
+inline double domain_volume(const Box3i& domain, const Cell& cell) noexcept {
+  double volume = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double low = std::max<double>(domain.min[axis], cell.corner[axis]);
+    const double high = std::min<double>(domain.max[axis],
+                                         static_cast<double>(cell.corner[axis]) +
+                                             static_cast<double>(std::int64_t{1} << cell.level));
+    volume *= std::max(0.0, high - low);
+  }
+  return volume;
 }
 
 /// Bytes of a channel's packed values, a multiple of 4.
@@ -156,6 +193,9 @@ struct TreeData {
     return cells.cells[index * channels.size() + static_cast<std::size_t>(channel)];
   }
 };
+
+/// Bounds and mean of a cell of any level, aligned to the table's origin.
+Bounds cell_bounds(const TreeData& tree, int channel, const Cell& cell) noexcept;
 
 }  // namespace detail
 }  // namespace obscura

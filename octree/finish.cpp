@@ -1,0 +1,162 @@
+// Second half of a build: what lies above the bricks. Equal leaves are merged upward, the bounds of
+// inner cells gathered, the blocks listed.
+#include <tbb/parallel_for.h>
+
+#include <cmath>
+
+#include "octree/collect.h"
+
+namespace obscura::detail {
+namespace {
+
+constexpr std::uint32_t kMixed = 0x7fffffffu;
+
+Vec3i half(const Vec3i& size) noexcept {
+  return {(size.x + 1) / 2, (size.y + 1) / 2, (size.z + 1) / 2};
+}
+
+std::size_t volume(const Vec3i& size) noexcept {
+  return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z);
+}
+
+// Calls f(index of the parent, children's indices, their number) for all cells of the level above one of
+// the given size; children outside the table are left out.
+template <class F>
+void for_each_parent(const Vec3i& size, F&& f) {
+  const Vec3i parents = half(size);
+  tbb::parallel_for(0, parents.z, [&](int z) {
+    std::size_t parent = static_cast<std::size_t>(z) * static_cast<std::size_t>(parents.x) *
+                         static_cast<std::size_t>(parents.y);
+    for (int y = 0; y < parents.y; ++y) {
+      for (int x = 0; x < parents.x; ++x, ++parent) {
+        std::size_t children[8];
+        int count = 0;
+        for (int k = 0; k < 8; ++k) {
+          const int cx = 2 * x + (k & 1), cy = 2 * y + ((k >> 1) & 1), cz = 2 * z + (k >> 2);
+          if (cx >= size.x || cy >= size.y || cz >= size.z) continue;
+          children[count++] = (static_cast<std::size_t>(cz) * static_cast<std::size_t>(size.y) +
+                               static_cast<std::size_t>(cy)) * static_cast<std::size_t>(size.x) +
+                              static_cast<std::size_t>(cx);
+        }
+        f(Vec3i(x, y, z), parent, children, count);
+      }
+    }
+  });
+}
+
+int top_level_of(const Vec3i& size) noexcept {
+  int level = 3;
+  while ((std::max(std::max(size.x, size.y), size.z) - 1) >> (level - 3)) ++level;
+  return level;
+}
+
+}  // namespace
+
+void merge_equal(TreeData& tree, RecordStore& store, UniformRecords& uniform) {
+  // Each level's cells: a word where the whole cell is one leaf. Equal uniform leaves have equal words.
+  const int top = top_level_of(tree.size);
+  const std::size_t channels = tree.channels.size();
+  std::vector<std::vector<std::uint32_t>> levels(static_cast<std::size_t>(top) + 1);
+  std::vector<Vec3i> sizes(levels.size(), tree.size);
+  std::mutex mutex;
+  const std::vector<std::uint32_t>* below = &tree.table;
+  for (std::size_t level = 4; level < levels.size(); ++level) {
+    const Vec3i size = sizes[level - 1];
+    sizes[level] = half(size);
+    levels[level].resize(volume(sizes[level]));
+    for_each_parent(size, [&](const Vec3i&, std::size_t parent, const std::size_t* children, int count) {
+      const std::uint32_t first = (*below)[children[0]];
+      bool equal = first != kMixed;
+      for (int k = 1; k < count && equal; ++k) equal = (*below)[children[k]] == first;
+      std::uint32_t merged = kMixed;
+      if (equal && Word::is_empty(first)) {
+        merged = Word::empty(static_cast<int>(level));
+      } else if (equal && count == 8) {
+        const std::lock_guard lock(mutex);
+        std::vector<ChannelHeader> headers(channels);
+        std::memcpy(headers.data(), store.at(first), channels * sizeof(ChannelHeader));
+        if (headers[0].cell_level() >= 3) {
+          std::vector<float> values(channels);
+          for (std::size_t c = 0; c < channels; ++c) values[c] = headers[c].offset;
+          merged = uniform.word(store, static_cast<int>(level), values);
+        }
+      }
+      levels[level][parent] = merged;
+    });
+    below = &levels[level];
+  }
+
+  // Every word takes the largest leaf that holds it.
+  const std::size_t nx = static_cast<std::size_t>(tree.size.x), ny = static_cast<std::size_t>(tree.size.y);
+  tbb::parallel_for(0, tree.size.z, [&](int z) {
+    std::size_t at = static_cast<std::size_t>(z) * nx * ny;
+    for (int y = 0; y < tree.size.y; ++y) {
+      for (int x = 0; x < tree.size.x; ++x, ++at) {
+        for (std::size_t level = 4; level < levels.size(); ++level) {
+          const int shift = static_cast<int>(level) - 3;
+          const std::size_t cell = (static_cast<std::size_t>(z >> shift) * static_cast<std::size_t>(sizes[level].y) +
+                                    static_cast<std::size_t>(y >> shift)) * static_cast<std::size_t>(sizes[level].x) +
+                                   static_cast<std::size_t>(x >> shift);
+          if (levels[level][cell] == kMixed) break;
+          tree.table[at] = levels[level][cell];
+        }
+      }
+    }
+  });
+}
+
+void finish(TreeData& tree) {
+  tree.top_level = top_level_of(tree.size);
+  const std::size_t channels = tree.channels.size();
+
+  // A block stands at its first word.
+  tree.blocks.clear();
+  std::size_t at = 0;
+  for (int z = 0; z < tree.size.z; ++z) {
+    for (int y = 0; y < tree.size.y; ++y) {
+      for (int x = 0; x < tree.size.x; ++x, ++at) {
+        const std::uint32_t word = tree.table[at];
+        if (Word::is_empty(word)) continue;
+        const int level = tree.block_level(word);
+        if (((x | y | z) & ((1 << (level - 3)) - 1)) == 0) tree.blocks.push_back(static_cast<std::uint32_t>(at));
+      }
+    }
+  }
+  tree.blocks.shrink_to_fit();
+
+  // Bounds of each cell from those of its children.
+  tree.pyramid.clear();
+  tree.pyramid.resize(static_cast<std::size_t>(tree.top_level - 3));
+  Vec3i size = tree.size;
+  for (int level = 4; level <= tree.top_level; ++level) {
+    PyramidLevel& cells = tree.pyramid[static_cast<std::size_t>(level - 4)];
+    const PyramidLevel* below = level > 4 ? &tree.pyramid[static_cast<std::size_t>(level - 5)] : nullptr;
+    cells.size = half(size);
+    cells.cells.resize(volume(cells.size) * channels);
+    const Vec3i children_size = size;
+    for_each_parent(size, [&](const Vec3i&, std::size_t parent, const std::size_t* children, int count) {
+      for (std::size_t c = 0; c < channels; ++c) {
+        Bounds bounds{kFloatMax, -kFloatMax, 0};
+        double sum = 0, whole = 0;
+        for (int k = 0; k < count; ++k) {
+          const int i = static_cast<int>(children[k]);
+          const Vec3i cell(i % children_size.x, i / children_size.x % children_size.y,
+                           i / (children_size.x * children_size.y));
+          const Vec3i corner = tree.origin + Vec3i(cell.x << (level - 1), cell.y << (level - 1), cell.z << (level - 1));
+          const Bounds child = below ? below->cells[children[k] * channels + c]
+                                     : cell_bounds(tree, static_cast<int>(c), {corner, 3});
+          const double part = domain_volume(tree.domain, {corner, level - 1});
+          bounds.min = std::min(bounds.min, child.min);
+          bounds.max = std::max(bounds.max, child.max);
+          sum += part * static_cast<double>(child.mean);
+          whole += part;
+        }
+        bounds.mean = whole > 0 ? static_cast<float>(sum / whole) : 0.0f;
+        cells.cells[parent * channels + c] = bounds;
+      }
+    });
+    size = cells.size;
+  }
+}
+
+}  // namespace obscura::detail
