@@ -11,6 +11,7 @@ foreach(header IN LISTS OBSCURA_HEADERS)
   get_filename_component(folder ${header} DIRECTORY)
   install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/obscura/${folder})
 endforeach()
+install(FILES scene/scene.schema.json DESTINATION ${CMAKE_INSTALL_DATADIR}/obscura)
 
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/obscura)
 install(EXPORT obscuraTargets NAMESPACE obscura:: DESTINATION ${package_folder})

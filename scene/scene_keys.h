@@ -297,7 +297,9 @@ void keys(V& v, RenderDescription& r) {
 template <class V>
 void keys(V& v, Description& d) {
   int version = 1;
+  std::string schema;
   v.required("obscura", version, between(1, 1), "version of the format");
+  v.optional("$schema", schema, any(), "for editors; not read");
   v.optional("name", d.name, any(), "what the scene shows");
   v.optional("time_s", d.time_s, any(), "the picture's time");
   v.required("bands", d.bands, items(1), "what the sensor tells apart");

@@ -22,6 +22,10 @@ void ObjectReader::phase_function(const PhaseDescription& phase, PhaseFunction& 
     case PhaseKind::table: break;
   }
   Table table{{phase.angle_deg, phase.value}, {}, {}};
+  if (!phase.file.empty() && !phase.value.empty()) {
+    findings_.problem(pointer_to(pointer, "value"), "\"file\" and a table are both given", "give one of them");
+    return;
+  }
   if (!phase.file.empty()) table = read_table(phase.file, {"angle_deg", "value"});
   if (!table.problem.empty()) {
     findings_.problem(pointer_to(pointer, "file"), table.problem, table.hint);
