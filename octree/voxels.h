@@ -48,6 +48,8 @@ struct VoxelStream {
   Box3i bounds;                        ///< voxels [min, max) that may hold a value; poured values outside must be 0
   std::function<void(VoxelSink&)> pour;  ///< pours everything once per call, on any number of threads
   std::string name;                    ///< for messages
+  /// Per channel, the value where nothing is poured, for resampling onto another lattice; empty: 0.
+  std::vector<float> background;
 };
 
 }  // namespace obscura
