@@ -1,0 +1,19 @@
+// Files of the shared data folder, which may be absent: then a test says so and returns.
+#pragma once
+
+#include <catch2/catch.hpp>
+
+#include <filesystem>
+#include <string>
+
+namespace obscura::test {
+
+/// The path of a file below ../shared, or an empty path with a loud warning.
+inline std::filesystem::path shared_file(const std::string& name) {
+  const std::filesystem::path path = std::filesystem::path(OBSCURA_SHARED_DIR) / name;
+  if (std::filesystem::exists(path)) return path;
+  WARN("SKIPPED: " << path.string() << " is absent");
+  return {};
+}
+
+}  // namespace obscura::test
