@@ -1,0 +1,306 @@
+// Checking sparse grids and pouring several of one lattice into a sink as one stream.
+#include "octree/sparse_grid.h"
+
+#include "octree/base/error.h"
+
+#include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <tuple>
+
+namespace obscura::detail {
+namespace {
+
+constexpr int kBrickVoxels = 512;
+constexpr std::array<int, 3> kLevels{3, 7, 12};
+
+struct CornerOrder {
+  bool operator()(const Vec3i& a, const Vec3i& b) const noexcept {
+    return std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x);
+  }
+};
+
+Vec3i ancestor(const Vec3i& corner, int level) noexcept {
+  const int mask = ~((1 << level) - 1);
+  return {corner.x & mask, corner.y & mask, corner.z & mask};
+}
+
+Vec3i voxel_of_brick(const Vec3i& corner, int index) noexcept {
+  return corner + Vec3i(index & 7, (index >> 3) & 7, index >> 6);
+}
+
+/// What a scan of some bricks found; `bad` is the first offender's place in the file's order.
+struct Scan {
+  Box3i bounds;
+  float min = std::numeric_limits<float>::infinity();
+  float max = -std::numeric_limits<float>::infinity();
+  std::uint64_t bad = ~std::uint64_t{0};
+  float bad_value = 0;
+
+  void add(float value, const Vec3i& corner, int size, std::uint64_t place, bool non_negative) noexcept {
+    if (!std::isfinite(value) || (non_negative && value < 0)) {
+      if (place < bad) {
+        bad = place;
+        bad_value = value;
+      }
+      return;
+    }
+    min = std::min(min, value);
+    max = std::max(max, value);
+    if (value != 0) {
+      bounds.extendBy(corner);
+      bounds.extendBy(corner + Vec3i(size));
+    }
+  }
+  void join(const Scan& other) noexcept {
+    if (!other.bounds.isEmpty()) bounds.extendBy(other.bounds);
+    min = std::min(min, other.min);
+    max = std::max(max, other.max);
+    if (other.bad < bad) {
+      bad = other.bad;
+      bad_value = other.bad_value;
+    }
+  }
+};
+
+[[noreturn]] void refuse_value(const std::string& where, const Vec3i& voxel, float value) {
+  throw InputError(where,
+                   fmt::format("voxel ({}, {}, {}) holds {}", voxel.x, voxel.y, voxel.z,
+                               std::isnan(value) ? std::string("NaN") : fmt::format("{}", value)),
+                   std::isfinite(value) ? "values of this grid must not be negative"
+                                        : "values must be finite; clean the grid where it is written");
+}
+
+/// Bricks and tiles of several grids that together cover each block once.
+struct Partition {
+  std::vector<Vec3i> bricks;
+  std::vector<std::pair<Vec3i, int>> tiles;
+};
+
+Partition partition(std::span<const SparseGrid> grids) {
+  Partition result;
+  std::set<std::pair<int, std::tuple<int, int, int>>> divided, done;
+  const auto key = [](int level, const Vec3i& c) {
+    return std::pair(level, std::tuple(c.z, c.y, c.x));
+  };
+
+  // Every brick, once; every block above a brick or a smaller tile is divided.
+  for (const SparseGrid& grid : grids)
+    result.bricks.insert(result.bricks.end(), grid.bricks.begin(), grid.bricks.end());
+  std::sort(result.bricks.begin(), result.bricks.end(), CornerOrder{});
+  result.bricks.erase(std::unique(result.bricks.begin(), result.bricks.end()), result.bricks.end());
+
+  std::vector<std::pair<Vec3i, int>> open;
+  for (const SparseGrid& grid : grids)
+    for (const SparseTile& tile : grid.tiles) open.emplace_back(tile.corner, tile.level);
+  if (open.empty()) return result;
+
+  const auto divide_above = [&](const Vec3i& corner, int level) {
+    for (int above : kLevels)
+      if (above > level) divided.insert(key(above, ancestor(corner, above)));
+  };
+  for (const Vec3i& corner : result.bricks) divide_above(corner, 3);
+  for (const auto& [corner, level] : open) divide_above(corner, level);
+
+  // A tile of one grid where another is finer is split until it lies beside what is finer.
+  while (!open.empty()) {
+    const auto [corner, level] = open.back();
+    open.pop_back();
+    if (!done.insert(key(level, corner)).second) continue;
+    if (level == 3 && std::binary_search(result.bricks.begin(), result.bricks.end(), corner, CornerOrder{}))
+      continue;
+    if (level == 3 || !divided.count(key(level, corner))) {
+      result.tiles.emplace_back(corner, level);
+      continue;
+    }
+    const int child = *(std::find(kLevels.begin(), kLevels.end(), level) - 1);
+    const int count = 1 << (level - child);
+    for (int z = 0; z < count; ++z)
+      for (int y = 0; y < count; ++y)
+        for (int x = 0; x < count; ++x)
+          open.emplace_back(corner + Vec3i(x, y, z) * (1 << child), child);
+  }
+  std::sort(result.tiles.begin(), result.tiles.end(), [](const auto& a, const auto& b) {
+    return CornerOrder{}(a.first, b.first);
+  });
+  return result;
+}
+
+/// Finds the brick or the uniform value of one grid at a block.
+class Lookup {
+ public:
+  explicit Lookup(const SparseGrid& grid) : grid_(&grid) {
+    bricks_.reserve(grid.bricks.size());
+    for (std::size_t i = 0; i < grid.bricks.size(); ++i) bricks_.emplace_back(grid.bricks[i], i);
+    std::sort(bricks_.begin(), bricks_.end(),
+              [](const auto& a, const auto& b) { return CornerOrder{}(a.first, b.first); });
+    for (std::size_t level = 0; level < kLevels.size(); ++level) {
+      for (const SparseTile& tile : grid.tiles)
+        if (tile.level == kLevels[level]) tiles_[level].emplace_back(tile.corner, tile.value);
+      std::sort(tiles_[level].begin(), tiles_[level].end(),
+                [](const auto& a, const auto& b) { return CornerOrder{}(a.first, b.first); });
+    }
+  }
+
+  /// True and the brick's values, or false and one value.
+  bool fill(const Vec3i& corner, std::span<float, kBrickVoxels> values) const {
+    if (const auto* brick = find(bricks_, corner)) {
+      grid_->read(*brick, values);
+      if (grid_->release) grid_->release(*brick);
+      return true;
+    }
+    std::fill(values.begin(), values.end(), value(corner));
+    return false;
+  }
+  float value(const Vec3i& corner) const {
+    for (std::size_t level = 0; level < kLevels.size(); ++level)
+      if (const float* tile = find(tiles_[level], ancestor(corner, kLevels[level]))) return *tile;
+    return grid_->background;
+  }
+
+ private:
+  template <class T>
+  static const T* find(const std::vector<std::pair<Vec3i, T>>& sorted, const Vec3i& corner) {
+    const auto place = std::lower_bound(
+        sorted.begin(), sorted.end(), corner,
+        [](const auto& entry, const Vec3i& wanted) { return CornerOrder{}(entry.first, wanted); });
+    return place != sorted.end() && place->first == corner ? &place->second : nullptr;
+  }
+
+  const SparseGrid* grid_;
+  std::vector<std::pair<Vec3i, std::size_t>> bricks_;
+  std::array<std::vector<std::pair<Vec3i, float>>, kLevels.size()> tiles_;
+};
+
+void pour_grids(std::span<const SparseGrid> grids, const VoxelSink& sink) {
+  const Partition blocks = partition(grids);
+  std::vector<Lookup> lookups;
+  for (const SparseGrid& grid : grids) lookups.emplace_back(grid);
+  const std::size_t channels = grids.size();
+
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks.bricks.size(), 16), [&](const auto& range) {
+    std::vector<float> values(channels * kBrickVoxels);
+    std::vector<const float*> pointers(channels);
+    for (std::size_t c = 0; c < channels; ++c) pointers[c] = values.data() + c * kBrickVoxels;
+    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+      for (std::size_t c = 0; c < channels; ++c)
+        lookups[c].fill(blocks.bricks[i],
+                        std::span<float, kBrickVoxels>(values.data() + c * kBrickVoxels, kBrickVoxels));
+      if (std::any_of(values.begin(), values.end(), [](float v) { return v != 0; }))
+        sink.brick(blocks.bricks[i], pointers.data());
+    }
+  });
+  std::vector<float> values(channels);
+  for (const auto& [corner, level] : blocks.tiles) {
+    for (std::size_t c = 0; c < channels; ++c) values[c] = lookups[c].value(corner);
+    if (std::any_of(values.begin(), values.end(), [](float v) { return v != 0; }))
+      sink.tile(corner, level, values);
+  }
+}
+
+}  // namespace
+
+SparseRange check(const SparseGrid& grid) {
+  // The background fills space: only what asks for that may have one.
+  if (!std::isfinite(grid.background))
+    throw InputError(grid.where, "the background value is not finite", "write it with a finite background");
+  if (grid.background != 0 && !grid.request.fills_space)
+    throw InputError(grid.where,
+                     fmt::format("a background of {} would fill all of space", grid.background),
+                     "write the grid with background 0 (a level set: convert it to a fog volume)");
+  if (grid.background < 0 && grid.request.require_non_negative)
+    throw InputError(grid.where, fmt::format("the background is {}", grid.background),
+                     "values of this grid must not be negative");
+
+  // Every stored value; the first offender in the file's order is the one that is named.
+  const bool non_negative = grid.request.require_non_negative;
+  Scan scan = tbb::parallel_reduce(
+      tbb::blocked_range<std::size_t>(0, grid.bricks.size(), 16), Scan{},
+      [&](const auto& range, Scan part) {
+        std::array<float, kBrickVoxels> values;
+        for (std::size_t i = range.begin(); i < range.end(); ++i) {
+          grid.read(i, values);
+          for (int v = 0; v < kBrickVoxels; ++v)
+            part.add(values[v], voxel_of_brick(grid.bricks[i], v), 1, i * kBrickVoxels + v, non_negative);
+        }
+        return part;
+      },
+      [](Scan a, const Scan& b) {
+        a.join(b);
+        return a;
+      });
+  if (scan.bad != ~std::uint64_t{0})
+    refuse_value(grid.where, voxel_of_brick(grid.bricks[scan.bad / kBrickVoxels], scan.bad % kBrickVoxels),
+                 scan.bad_value);
+  for (std::size_t i = 0; i < grid.tiles.size(); ++i)
+    scan.add(grid.tiles[i].value, grid.tiles[i].corner, 1 << grid.tiles[i].level, i, non_negative);
+  if (scan.bad != ~std::uint64_t{0}) refuse_value(grid.where, grid.tiles[scan.bad].corner, scan.bad_value);
+  if (scan.min > scan.max) scan.min = scan.max = grid.background;
+  return {scan.bounds, scan.min, scan.max};
+}
+
+bool same_lattice(const Affine& a, const Affine& b, const Box3i& bounds) {
+  // Where the corners of a's voxels lie in b's index space, and how far that is from home.
+  if (linear_determinant(a) == 0 || linear_determinant(b) == 0) return false;
+  const Affine between = a * b.inverse();
+  double farthest = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3d p(corner & 1 ? bounds.max.x : bounds.min.x, corner & 2 ? bounds.max.y : bounds.min.y,
+                  corner & 4 ? bounds.max.z : bounds.min.z);
+    farthest = std::max(farthest, (transform_point(between, p) - p).length());
+  }
+  return farthest <= 1e-6;
+}
+
+std::vector<VoxelStream> make_streams(const std::string& name, std::vector<SparseGrid> grids) {
+  struct Group {
+    std::vector<SparseGrid> grids;
+    Box3i bounds;
+  };
+  std::vector<Group> groups;
+  for (SparseGrid& grid : grids) {
+    if (linear_determinant(grid.index_to_local) == 0)
+      throw InputError(grid.where, "the grid's transform has no volume", "give every axis a voxel size");
+    const SparseRange range = check(grid);
+    const auto home = std::find_if(groups.begin(), groups.end(), [&](const Group& group) {
+      Box3i both = group.bounds;
+      if (!range.bounds.isEmpty()) both.extendBy(range.bounds);
+      if (both.isEmpty()) both = Box3i(Vec3i(0), Vec3i(1));
+      return same_lattice(group.grids.front().index_to_local, grid.index_to_local, both);
+    });
+    Group& group = home == groups.end() ? groups.emplace_back() : *home;
+    if (!range.bounds.isEmpty()) group.bounds.extendBy(range.bounds);
+    group.grids.push_back(std::move(grid));
+  }
+
+  std::vector<VoxelStream> streams;
+  for (Group& group : groups) {
+    VoxelStream stream;
+    stream.name = name;
+    stream.index_to_local = group.grids.front().index_to_local;
+    stream.bounds = group.bounds.isEmpty() ? Box3i(Vec3i(0), Vec3i(0)) : group.bounds;
+    for (const SparseGrid& grid : group.grids) {
+      stream.channels.push_back(grid.request.name);
+      stream.background.push_back(grid.background);
+    }
+    // A channel that fills space does so in every brick another channel brings with it.
+    if (std::any_of(stream.background.begin(), stream.background.end(), [](float b) { return b != 0; }) &&
+        !group.bounds.isEmpty()) {
+      stream.bounds.min = ancestor(stream.bounds.min, 3);
+      stream.bounds.max = ancestor(stream.bounds.max + Vec3i(7), 3);
+    }
+    auto shared = std::make_shared<const std::vector<SparseGrid>>(std::move(group.grids));
+    stream.pour = [shared](const VoxelSink& sink) { pour_grids(*shared, sink); };
+    streams.push_back(std::move(stream));
+  }
+  return streams;
+}
+
+}  // namespace obscura::detail
