@@ -79,18 +79,28 @@ struct PhaseFunction::Table {
     return value[i] + share * (value[i + 1] - value[i]);
   }
 
+  // How far into a piece a share v of its probability reaches, where the density goes linearly
+  // from a to b: the inverse of a quadratic.
+  static double share_of(double v, double a, double b) noexcept {
+    const double root = a + std::sqrt(a * a + v * (b * b - a * a));
+    return root > 0 ? std::min(v * (a + b) / root, 1.0) : 0.0;
+  }
+
   double sample_one_minus(double u) const noexcept {
     // A piece without probability is never chosen: u lies in [below[i], below[i + 1]).
     const auto it = std::upper_bound(below.begin() + 1, below.end() - 1, u);
     const std::size_t i = static_cast<std::size_t>(it - below.begin()) - 1;
-    const double a = value[i];
-    const double b = value[i + 1];
     const double mass = below[i + 1] - below[i];
-    const double v = mass > 0 ? std::clamp((u - below[i]) / mass, 0.0, 1.0) : 0.0;
-    // Inverse of the quadratic cdf of a density that goes linearly from a to b.
-    const double root = a + std::sqrt(a * a + v * (b * b - a * a));
-    const double share = root > 0 ? std::min(v * (a + b) / root, 1.0) : 0.0;
-    return one_minus[i] + share * (one_minus[i + 1] - one_minus[i]);
+    if (!(mass > 0)) return one_minus[i];
+    // From the nearer end of the piece, so that small angles keep their digits.
+    const double up = (u - below[i]) / mass;
+    if (up < 0.5) {
+      return one_minus[i] + share_of(std::max(up, 0.0), value[i], value[i + 1]) *
+                                (one_minus[i + 1] - one_minus[i]);
+    }
+    const double down = std::max((below[i + 1] - u) / mass, 0.0);
+    return one_minus[i + 1] +
+           share_of(down, value[i + 1], value[i]) * (one_minus[i] - one_minus[i + 1]);
   }
 };
 

@@ -116,6 +116,16 @@ TEST_CASE("sampling inverts the cumulative distribution without loss near forwar
   }
 }
 
+TEST_CASE("small scattering angles keep their digits", "[photon][phase]") {
+  // Near forward, 1 - mu is (1 - u) / (2 pi p(1)), with a relative remainder of the order of 1 - u.
+  const double v = 0x1p-45;
+  for (const PhaseFunction& p : {PhaseFunction::isotropic(), PhaseFunction::rayleigh(),
+                                 PhaseFunction::henyey_greenstein(0.6), ragged()}) {
+    const double expected = v / (2 * kPi * p.value(1));
+    CHECK(std::abs(p.sample_one_minus(1 - v, 0) / expected - 1) < 1e-10);
+  }
+}
+
 TEST_CASE("every sampler follows its density", "[photon][phase]") {
   std::vector<PhaseFunction> all{PhaseFunction::isotropic(), PhaseFunction::rayleigh(), ragged()};
   for (const double g : {0.0, 1e-6, 0.5, -0.5, 0.85, 0.99, 0.9999, -0.9999}) {

@@ -152,6 +152,23 @@ TEST_CASE("a band is the sum of its parts, however narrow", "[photon][planck]") 
   CHECK(planck_band(8, 8, 300) == 0);
 }
 
+TEST_CASE("a very hot band follows Rayleigh and Jeans", "[photon][planck]") {
+  // B = 2 c k T / lambda^4, with a relative remainder of x / 2.
+  const double K = 1e14;
+  const double band = 2 * kSpeedOfLight * kBoltzmannConstant * K / 3 *
+                      (std::pow(8e-6, -3) - std::pow(12e-6, -3));
+  CHECK(relative(planck_band(8, 12, K), band) < 1e-10);
+  CHECK(relative(planck_band_derivative(8, 12, K), band / K) < 1e-10);
+  CHECK(relative(brightness_temperature(8, 12, band), K) < 1e-10);
+}
+
+TEST_CASE("what is below 1e-300 is zero", "[photon][planck]") {
+  CHECK(planck_band(8, 12, brightness_temperature(8, 12, 1.01e-300)) > 0);
+  CHECK(planck_band(8, 12, brightness_temperature(8, 12, 0.99e-300)) == 0);
+  CHECK(planck_spectral(10, brightness_temperature(10, 1.01e-300)) > 0);
+  CHECK(planck_spectral(10, brightness_temperature(10, 0.99e-300)) == 0);
+}
+
 TEST_CASE("no temperature gives no radiance", "[photon][planck]") {
   for (const double K : {0.0, -1.0, -kInfinity, 1e-300}) {
     CHECK(planck_band(8, 12, K) == 0);

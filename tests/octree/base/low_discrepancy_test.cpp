@@ -48,6 +48,8 @@ TEST_CASE("the first points of the plain sequence are Sobol's", "[base][low_disc
       CHECK(plain.point(number ^ (number >> 1))[d] == point[d] + 0x1p-33);
     }
   }
+  // The first direction number that the last dimension's recurrence makes: 8 m3 ^ 32 m1 ^ m1 = 9.
+  CHECK(plain.point(32)[7] == 9.0 / 64 + 0x1p-33);
 }
 
 TEST_CASE("every dyadic interval holds one of the first points", "[base][low_discrepancy]") {
