@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <span>
@@ -59,8 +60,18 @@ class UniformRecords {
 /// @throws InputError where it pours outside its bounds; ResourceError when cancelled or out of memory.
 TreeData collect(const VoxelStream& stream, const Progress& progress);
 
-/// Merges eight equal uniform or empty leaves into their parent, level by level, as far as it goes.
-/// Records of the parents are added to `store`.
+/// What merge_leaves() is told where a cell's children stay apart.
+inline constexpr std::uint32_t kNotMerged = 0x7fffffffu;
+
+/// Merges leaves into their parents, level by level, as far as it goes. Empty leaves merge by themselves; of
+/// eight children that are uniform or empty leaves, not all empty, `merge` says what becomes.
+/// @param merge (level of the parent, the children's words) -> the parent's word or kNotMerged. Called from
+/// several threads; all of a level before any of the next.
+void merge_leaves(TreeData& tree,
+                  const std::function<bool(std::uint32_t word)>& is_uniform,
+                  const std::function<std::uint32_t(int level, std::span<const std::uint32_t, 8>)>& merge);
+
+/// merge_leaves() of what is equal. Records of the parents are added to `store`.
 void merge_equal(TreeData& tree, RecordStore& store, UniformRecords& uniform);
 
 /// Fills block list, pyramid of bounds and top level from the finished table and records.

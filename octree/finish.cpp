@@ -2,14 +2,12 @@
 // inner cells gathered, the blocks listed.
 #include <tbb/parallel_for.h>
 
-#include <cmath>
+#include <array>
 
 #include "octree/collect.h"
 
 namespace obscura::detail {
 namespace {
-
-constexpr std::uint32_t kMixed = 0x7fffffffu;
 
 Vec3i half(const Vec3i& size) noexcept {
   return {(size.x + 1) / 2, (size.y + 1) / 2, (size.z + 1) / 2};
@@ -19,7 +17,7 @@ std::size_t volume(const Vec3i& size) noexcept {
   return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z);
 }
 
-// Calls f(index of the parent, children's indices, their number) for all cells of the level above one of
+// Calls f(index of the parent, its children's indices, their number) for all cells of the level above one of
 // the given size; children outside the table are left out.
 template <class F>
 void for_each_parent(const Vec3i& size, F&& f) {
@@ -38,7 +36,7 @@ void for_each_parent(const Vec3i& size, F&& f) {
                                static_cast<std::size_t>(cy)) * static_cast<std::size_t>(size.x) +
                               static_cast<std::size_t>(cx);
         }
-        f(Vec3i(x, y, z), parent, children, count);
+        f(parent, children, count);
       }
     }
   });
@@ -52,33 +50,33 @@ int top_level_of(const Vec3i& size) noexcept {
 
 }  // namespace
 
-void merge_equal(TreeData& tree, RecordStore& store, UniformRecords& uniform) {
-  // Each level's cells: a word where the whole cell is one leaf. Equal uniform leaves have equal words.
+void merge_leaves(TreeData& tree, const std::function<bool(std::uint32_t word)>& is_uniform,
+                  const std::function<std::uint32_t(int level, std::span<const std::uint32_t, 8>)>& merge) {
+  // Each level's cells: a word where the whole cell is one leaf.
   const int top = top_level_of(tree.size);
-  const std::size_t channels = tree.channels.size();
   std::vector<std::vector<std::uint32_t>> levels(static_cast<std::size_t>(top) + 1);
   std::vector<Vec3i> sizes(levels.size(), tree.size);
-  std::mutex mutex;
   const std::vector<std::uint32_t>* below = &tree.table;
   for (std::size_t level = 4; level < levels.size(); ++level) {
     const Vec3i size = sizes[level - 1];
     sizes[level] = half(size);
     levels[level].resize(volume(sizes[level]));
-    for_each_parent(size, [&](const Vec3i&, std::size_t parent, const std::size_t* children, int count) {
-      const std::uint32_t first = (*below)[children[0]];
-      bool equal = first != kMixed;
-      for (int k = 1; k < count && equal; ++k) equal = (*below)[children[k]] == first;
-      std::uint32_t merged = kMixed;
-      if (equal && Word::is_empty(first)) {
-        merged = Word::empty(static_cast<int>(level));
-      } else if (equal && count == 8) {
-        const std::lock_guard lock(mutex);
-        std::vector<ChannelHeader> headers(channels);
-        std::memcpy(headers.data(), store.at(first), channels * sizeof(ChannelHeader));
-        if (headers[0].cell_level() >= 3) {
-          std::vector<float> values(channels);
-          for (std::size_t c = 0; c < channels; ++c) values[c] = headers[c].offset;
-          merged = uniform.word(store, static_cast<int>(level), values);
+    for_each_parent(size, [&](std::size_t parent, const std::size_t* children, int count) {
+      bool all_empty = true, all_leaves = true;
+      std::array<std::uint32_t, 8> words;
+      for (int k = 0; k < count && all_leaves; ++k) {
+        const std::uint32_t word = (*below)[children[k]];
+        words[static_cast<std::size_t>(k)] = word;
+        if (Word::is_empty(word)) continue;
+        all_empty = false;
+        all_leaves = word != kNotMerged && (level > 4 || is_uniform(word));
+      }
+      std::uint32_t merged = kNotMerged;
+      if (all_leaves) {
+        if (all_empty) {
+          merged = Word::empty(static_cast<int>(level));
+        } else if (count == 8) {
+          merged = merge(static_cast<int>(level), words);
         }
       }
       levels[level][parent] = merged;
@@ -97,12 +95,34 @@ void merge_equal(TreeData& tree, RecordStore& store, UniformRecords& uniform) {
           const std::size_t cell = (static_cast<std::size_t>(z >> shift) * static_cast<std::size_t>(sizes[level].y) +
                                     static_cast<std::size_t>(y >> shift)) * static_cast<std::size_t>(sizes[level].x) +
                                    static_cast<std::size_t>(x >> shift);
-          if (levels[level][cell] == kMixed) break;
+          if (levels[level][cell] == kNotMerged) break;
           tree.table[at] = levels[level][cell];
         }
       }
     }
   });
+}
+
+void merge_equal(TreeData& tree, RecordStore& store, UniformRecords& uniform) {
+  const std::size_t channels = tree.channels.size();
+  std::mutex mutex;
+  const auto headers = [&](std::uint32_t word) { return reinterpret_cast<const ChannelHeader*>(store.at(word)); };
+  merge_leaves(
+      tree,
+      [&](std::uint32_t word) {
+        const std::lock_guard lock(mutex);
+        return headers(word)[0].cell_level() >= 3;
+      },
+      [&](int level, std::span<const std::uint32_t, 8> children) {
+        // Equal uniform leaves have the same record.
+        for (const std::uint32_t child : children) {
+          if (child != children[0]) return kNotMerged;
+        }
+        const std::lock_guard lock(mutex);
+        std::vector<float> values(channels);
+        for (std::size_t c = 0; c < channels; ++c) values[c] = headers(children[0])[c].offset;
+        return uniform.word(store, level, values);
+      });
 }
 
 void finish(TreeData& tree) {
@@ -134,7 +154,7 @@ void finish(TreeData& tree) {
     cells.size = half(size);
     cells.cells.resize(volume(cells.size) * channels);
     const Vec3i children_size = size;
-    for_each_parent(size, [&](const Vec3i&, std::size_t parent, const std::size_t* children, int count) {
+    for_each_parent(size, [&](std::size_t parent, const std::size_t* children, int count) {
       for (std::size_t c = 0; c < channels; ++c) {
         Bounds bounds{kFloatMax, -kFloatMax, 0};
         double sum = 0, whole = 0;

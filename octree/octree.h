@@ -78,6 +78,8 @@ class Octree {
 
   /// For the walks.
   const detail::TreeData& data() const noexcept { return data_; }
+  /// For the builder: takes the memory out again.
+  detail::TreeData take() && noexcept { return std::move(data_); }
 
  private:
   Vec3i block_voxel(std::uint32_t i) const noexcept;

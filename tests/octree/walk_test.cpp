@@ -62,7 +62,7 @@ double brute_force_depth(const Box3i& domain, const Ray& ray, const Field& field
 }
 
 std::vector<std::vector<double>> read_csv(const std::string& name) {
-  std::ifstream file(std::string(OBSCURA_SHARED_DIR) + "/reference/" + name);
+  std::ifstream file(OBSCURA_SHARED_DIR "/reference/" + name);
   std::vector<std::vector<double>> rows;
   std::string line;
   while (std::getline(file, line)) {
@@ -205,7 +205,7 @@ TEST_CASE("the walk reproduces the box rays a2", "[octree][walk][reference]") {
 }
 
 TEST_CASE("the walk reproduces the stacked layers a6", "[octree][walk][reference]") {
-  std::ifstream file(std::string(OBSCURA_SHARED_DIR) + "/reference/a6_layers.csv");
+  std::ifstream file(OBSCURA_SHARED_DIR "/reference/a6_layers.csv");
   if (!file) {
     WARN("SKIPPED: ../shared/reference/a6_layers.csv is absent");
     return;

@@ -62,19 +62,19 @@ inline double voxel_noise(std::uint64_t seed, const Vec3i& voxel, std::uint32_t 
   return Stream(seed, key, purpose).uniform();
 }
 
-/// A field with all that an octree can hold: voids of every size, uniform cells of levels 0 to 4, rough voxels.
+/// A field with all that an octree can hold: voids of every size, uniform cells of every level, rough voxels.
 inline Field patchwork(std::uint64_t seed) {
   return [seed](int channel, const Vec3i& v) {
     const auto at = [&](int level) { return Vec3i(v.x >> level, v.y >> level, v.z >> level); };
-    const std::uint32_t c = static_cast<std::uint32_t>(channel);
-    if (voxel_noise(seed, at(5), 1) < 0.25) return 0.0f;
-    for (int level = 4; level >= 1; --level) {
-      const std::uint32_t purpose = static_cast<std::uint32_t>(10 * level);
-      const double choice = voxel_noise(seed, at(level), purpose);
-      if (choice < 0.15) return 0.0f;
-      if (choice < 0.35) return static_cast<float>(voxel_noise(seed, at(level), purpose + 1 + c));
-    }
-    return voxel_noise(seed, v, 2) < 0.3 ? 0.0f : static_cast<float>(voxel_noise(seed, v, 100 + c));
+    const auto value = [&](int level) {
+      return static_cast<float>(voxel_noise(seed, at(level), static_cast<std::uint32_t>(100 + 50 * level + channel)));
+    };
+    const double large = voxel_noise(seed, at(5), 1), medium = voxel_noise(seed, at(4), 2), brick = voxel_noise(seed, at(3), 3);
+    if (large < 0.2) return 0.0f;
+    if (medium < 0.2) return medium < 0.1 ? 0.0f : value(4);
+    if (brick < 0.3) return brick < 0.15 ? 0.0f : value(3);
+    const int level = brick < 0.45 ? 2 : brick < 0.6 ? 1 : 0;
+    return voxel_noise(seed, at(level), 4) < 0.3 ? 0.0f : value(level);
   };
 }
 
