@@ -22,6 +22,26 @@ std::pair<double, double> clip(const Ray& ray, const Box3d& box) noexcept {
   return {enter, leave};
 }
 
+Affine placement(const Vec3d& translation, const Vec3d& rotation, double scale) noexcept {
+  Affine result;
+  result.makeIdentity();
+  for (int axis = 0; axis < 3; ++axis) {
+    const int a = (axis + 1) % 3;
+    const int b = (axis + 2) % 3;
+    Affine turn;
+    turn.makeIdentity();
+    turn[a][a] = turn[b][b] = std::cos(rotation[axis]);
+    turn[a][b] = std::sin(rotation[axis]);
+    turn[b][a] = -std::sin(rotation[axis]);
+    result = result * turn;
+  }
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) result[row][column] *= scale;
+  }
+  for (int column = 0; column < 3; ++column) result[3][column] = translation[column];
+  return result;
+}
+
 Box3d transform_box(const Affine& map, const Box3d& box) noexcept {
   Box3d result;
   if (box.isEmpty()) return result;
