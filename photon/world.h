@@ -1,0 +1,155 @@
+// The World at one time: clouds, hot spheres, sky, sun and beams, with their optics at every
+// spectral interval. Made from arrays, immutable; all kernels read it.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "octree/batch_walk.h"
+#include "octree/base/math.h"
+#include "photon/band.h"
+#include "photon/cloud.h"
+#include "photon/spheres.h"
+
+namespace obscura {
+
+/// A distant disc of light (sun).
+struct Sun {
+  Vec3d toward{0, 0, 1};           ///< unit vector from the scene to it
+  std::vector<double> irradiance;  ///< W/m2 per interval, normal to the beam
+  double diameter = 0;             ///< radians, full angle
+};
+
+/// A collimated beam; its light goes along `direction` from a disc about `position`.
+struct Beam {
+  Vec3d position;
+  Vec3d direction;            ///< unit vector
+  double radius = 0;          ///< m
+  std::vector<double> power;  ///< W per interval
+};
+
+/// What a World is made of. Per-interval vectors hold one value for every interval of every band.
+struct WorldContents {
+  std::vector<Band> bands;
+  std::vector<Cloud> clouds;
+  std::vector<double> sky;            ///< radiance over the full sphere, W/m2/sr; empty: 0
+  std::optional<Sun> sun;
+  std::vector<HotSphere> sources;     ///< hot spheres that light the cloud directly
+  std::vector<HotSphere> particles;   ///< hot spheres whose light is stored from the first collision
+  std::vector<Beam> beams;
+};
+
+/// Where a cloud is and how it repeats.
+struct CloudFrame {
+  Affine world_to_local;
+  Affine local_to_index;
+  Affine world_to_index;
+  Affine map_to_local;
+  Affine map_to_index;
+  Box3d local_bounds;                  ///< of the octree's domain, in the cloud's own metres
+  std::array<double, 2> period_m{0, 0};
+
+  bool periodic() const noexcept { return period_m[0] > 0 || period_m[1] > 0; }
+  /// A point of the cloud's own metres, moved into the first cell.
+  Vec3d wrap(Vec3d local) const noexcept;
+};
+
+/// The place of an interval among all of the World's.
+struct IntervalIndex {
+  int band = 0;
+  int interval = 0;
+};
+
+class World {
+ public:
+  /// Most clouds that one World can hold: kernels merge their walks without allocating.
+  static constexpr int kMaxClouds = 64;
+
+  /// @throws InputError where a cloud is not what kernels rely on (too many clouds, periods smaller
+  /// than the grid, singular placement).
+  explicit World(WorldContents contents);
+
+  const std::vector<Band>& bands() const noexcept { return contents_.bands; }
+  const std::vector<Cloud>& clouds() const noexcept { return contents_.clouds; }
+  const std::optional<Sun>& sun() const noexcept { return contents_.sun; }
+  const std::vector<Beam>& beams() const noexcept { return contents_.beams; }
+  double sky(int interval) const noexcept {
+    return contents_.sky.empty() ? 0.0 : contents_.sky[static_cast<std::size_t>(interval)];
+  }
+  /// Hot spheres first, then particles.
+  const Spheres& spheres() const noexcept { return spheres_; }
+  std::size_t source_count() const noexcept { return contents_.sources.size(); }
+
+  int interval_count() const noexcept { return static_cast<int>(intervals_.size()); }
+  IntervalIndex interval(int index) const noexcept { return intervals_[static_cast<std::size_t>(index)]; }
+
+  const CloudOptics& optics(int cloud, int interval) const noexcept {
+    return optics_[static_cast<std::size_t>(interval * cloud_count() + cloud)];
+  }
+  const CloudFrame& frame(int cloud) const noexcept { return frames_[static_cast<std::size_t>(cloud)]; }
+  int cloud_count() const noexcept { return static_cast<int>(contents_.clouds.size()); }
+
+  /// Everything of finite size, in world metres; empty where there is nothing.
+  const Box3d& bounds() const noexcept { return bounds_; }
+  /// Surfaces are stored relative to this point.
+  const Vec3d& origin() const noexcept { return origin_; }
+
+  /// The rigid frame in which photons are stored: about the origin or, in a periodic World, along the
+  /// sides of the first cell from its corner.
+  const Affine& world_to_map() const noexcept { return world_to_map_; }
+  const Affine& map_to_world() const noexcept { return map_to_world_; }
+  /// Sides of the periodic cell in the map's frame, m; 0 where it does not repeat.
+  const Vec3d& map_period() const noexcept { return map_period_; }
+  /// Extinction at a point of the map's frame, 1/m.
+  double extinction_in_map(int interval, const Vec3d& point) const noexcept;
+
+  bool periodic() const noexcept { return periodic_cloud_ >= 0; }
+  /// Side vectors of the periodic cell in world metres; zero where not periodic.
+  const std::array<Vec3d, 2>& period() const noexcept { return period_; }
+
+  bool scatters(int interval) const noexcept;
+  bool emits(int interval) const noexcept;
+  /// Emission over extinction where it is one number in every cloud, W/m2/sr.
+  std::optional<double> uniform_source(int interval) const noexcept;
+
+  /// Optics at a point; periodic clouds repeat.
+  LocalOptics at(int interval, const Vec3d& point) const noexcept;
+  /// Optics where a flight has collided; t moves by less than a tenth of a voxel where rounding has put
+  /// the point across the border of the cell that it collided in. Extinction 0 where nothing is near.
+  LocalOptics at_collision(int interval, const Ray& ray, double& t) const noexcept;
+  /// A point moved into the first periodic cell.
+  Vec3d wrap(const Vec3d& point) const noexcept;
+  /// The index-space point of a cloud, wrapped into its cell where it is periodic.
+  Vec3d index_point(int cloud, const Vec3d& point) const noexcept;
+
+  /// Radiance from beyond all clouds, W/m2/sr: the sky, and the sun's disc where the ray meets it.
+  double background(int interval, const Vec3d& direction, bool sun_disc = true) const noexcept;
+  /// Radiance of the sun's disc, W/m2/sr.
+  double sun_radiance(int interval) const noexcept;
+
+  /// Optical depth of all clouds along each ray. Deterministic per ray. Scratch is allocated.
+  void optical_depths(int interval, std::span<const Ray> rays, std::span<double> depths) const;
+  /// Goes along each ray until the target depth is reached (collided) or the ray ends.
+  void reach_depths(int interval, std::span<const Flight> flights, std::span<FreePath> ends) const;
+
+ private:
+  void make_map_frame();
+
+  WorldContents contents_;
+  std::vector<IntervalIndex> intervals_;
+  std::vector<CloudOptics> optics_;
+  std::vector<CloudFrame> frames_;
+  Spheres spheres_;
+  Box3d bounds_;
+  Vec3d origin_{0, 0, 0};
+  double voxel_ = 0;  // side of the smallest voxel, m
+  int periodic_cloud_ = -1;
+  std::array<Vec3d, 2> period_{Vec3d(0), Vec3d(0)};
+  Affine world_to_map_;
+  Affine map_to_world_;
+  Vec3d map_period_{0, 0, 0};
+};
+
+}  // namespace obscura

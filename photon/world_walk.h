@@ -1,0 +1,146 @@
+// The world walk: the segments of all clouds along a ray, merged front to back into one stream with
+// constant total coefficients. Resumable, no allocation.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <new>
+#include <optional>
+#include <type_traits>
+
+#include "octree/walk.h"
+#include "photon/world.h"
+
+namespace obscura {
+
+/// The ray of one cloud in its own index space, once for a plain cloud and once for every cell that
+/// the ray crosses for a periodic one, front to back.
+class CellRays {
+ public:
+  CellRays(const CloudFrame& frame, const Ray& world_ray) noexcept;
+
+  /// The next piece of the ray, or nothing. t keeps its meaning.
+  std::optional<Ray> next() noexcept;
+
+ private:
+  // A ray inside a periodic layer never leaves it; this many cells are as good as infinity.
+  static constexpr int kMaxCells = 1 << 20;
+
+  const CloudFrame* frame_;
+  Ray local_;
+  double t_ = 0;
+  std::array<double, 2> cell_{0, 0};
+  int cells_ = 0;
+  bool done_ = false;
+};
+
+/// One cloud's non-empty segments along a ray.
+class CloudStream {
+ public:
+  CloudStream(const World& world, int cloud, int interval, const Ray& ray) noexcept
+      : cloud_(&world.clouds()[static_cast<std::size_t>(cloud)]),
+        optics_(&world.optics(cloud, interval)),
+        cells_(world.frame(cloud), ray) {
+    next();
+  }
+
+  /// False once there is nothing more; the values then are those of an empty segment at infinity.
+  bool next() noexcept {
+    for (;;) {
+      while (walk_ && walk_->next()) {
+        if (walk_->empty()) continue;
+        begin_ = walk_->begin();
+        end_ = walk_->end();
+        local_ = optics_->at([this](int channel) noexcept { return walk_->value(channel); });
+        return true;
+      }
+      const std::optional<Ray> piece = cells_.next();
+      if (!piece) break;
+      walk_.emplace(*cloud_->octree, *piece);
+    }
+    walk_.reset();
+    begin_ = end_ = kInfinity;
+    local_ = {};
+    return false;
+  }
+
+  double begin() const noexcept { return begin_; }
+  double end() const noexcept { return end_; }
+  const LocalOptics& optics() const noexcept { return local_; }
+
+ private:
+  const Cloud* cloud_;
+  const CloudOptics* optics_;
+  CellRays cells_;
+  std::optional<Walk> walk_;
+  double begin_ = kInfinity;
+  double end_ = kInfinity;
+  LocalOptics local_;
+};
+
+/// Segments of the whole World. Gaps between segments hold nothing.
+class WorldWalk {
+ public:
+  WorldWalk(const World& world, int interval, const Ray& ray) noexcept {
+    for (int cloud = 0; cloud < world.cloud_count(); ++cloud) {
+      const CloudStream* stream = new (slot(count_)) CloudStream(world, cloud, interval, ray);
+      if (stream->begin() < kInfinity) ++count_;
+    }
+  }
+
+  bool next() noexcept {
+    if (count_ == 1) return next_of_one();
+    // Where the segment begins: where the last one ended, or after the gap behind it.
+    double begin = kInfinity;
+    for (int i = 0; i < count_; ++i) {
+      CloudStream& stream = *slot(i);
+      while (stream.end() <= end_ && stream.begin() < kInfinity) stream.next();
+      begin = std::min(begin, std::max(stream.begin(), end_));
+    }
+    if (begin == kInfinity) return false;
+    // It ends where any cloud changes.
+    double end = kInfinity;
+    optics_ = {};
+    for (int i = 0; i < count_; ++i) {
+      const CloudStream& stream = *slot(i);
+      if (stream.begin() <= begin) {
+        end = std::min(end, stream.end());
+        optics_ += stream.optics();
+      } else {
+        end = std::min(end, stream.begin());
+      }
+    }
+    begin_ = begin;
+    end_ = end;
+    return true;
+  }
+
+  double begin() const noexcept { return begin_; }
+  double end() const noexcept { return end_; }
+  const LocalOptics& optics() const noexcept { return optics_; }
+
+ private:
+  bool next_of_one() noexcept {
+    CloudStream& stream = *slot(0);
+    if (started_) stream.next();
+    started_ = true;
+    if (stream.begin() == kInfinity) return false;
+    begin_ = stream.begin();
+    end_ = stream.end();
+    optics_ = stream.optics();
+    return true;
+  }
+
+  CloudStream* slot(int i) noexcept { return reinterpret_cast<CloudStream*>(storage_) + i; }
+
+  // Only the clouds that the ray meets are ever made.
+  static_assert(std::is_trivially_destructible_v<CloudStream>);
+  alignas(CloudStream) std::byte storage_[World::kMaxClouds * sizeof(CloudStream)];
+  int count_ = 0;
+  bool started_ = false;
+  double begin_ = -kInfinity;
+  double end_ = -kInfinity;
+  LocalOptics optics_;
+};
+
+}  // namespace obscura
