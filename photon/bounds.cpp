@@ -1,0 +1,54 @@
+#include "photon/bounds.h"
+
+#include <algorithm>
+#include <string>
+
+#include "octree/base/error.h"
+#include "octree/base/random.h"
+#include "photon/purpose.h"
+#include "photon/sampling.h"
+
+namespace obscura {
+
+double largest_optical_depth(const World& world, int interval, int chords) {
+  if (world.bounds().isEmpty()) return 0;
+  const double radius = 0.5 * world.bounds().size().length();
+  std::vector<Ray> rays;
+  Stream stream(0, 0, purpose_id(Purpose::chord, interval));
+  for (int i = 0; i < chords; ++i) {
+    // Through a random point of the bounds; the first three along the axes through the middle.
+    Vec3d through = world.bounds().center();
+    Vec3d direction(i == 0, i == 1, i == 2);
+    if (i >= 3) {
+      for (int axis = 0; axis < 3; ++axis) through[axis] += (stream.uniform() - 0.5) * world.bounds().size()[axis];
+      const double u = stream.uniform();
+      direction = uniform_direction(u, stream.uniform());
+    }
+    rays.push_back({through - 2 * radius * direction, direction, 0, 4 * radius});
+  }
+  std::vector<double> depths(rays.size());
+  world.optical_depths(interval, rays, depths);
+  return *std::max_element(depths.begin(), depths.end());
+}
+
+void refuse_endless_histories(const World& world, int interval, std::string_view method) {
+  double albedo = 0;
+  double forward = -1;
+  for (int c = 0; c < world.cloud_count(); ++c) {
+    for (const CloudOptics::Part& part : world.optics(c, interval).parts()) {
+      if (!(part.scattering > 0)) continue;
+      albedo = std::max(albedo, part.scattering / part.extinction);
+      forward = std::max(forward, part.phase->mean_cosine());
+    }
+  }
+  if (albedo == 0) return;
+  const double depth = largest_optical_depth(world, interval);
+  if (depth * (1 - forward) > 1e4 && 1 - albedo < 1 / depth) {
+    throw NumericalError("method \"" + std::string(method) + "\"",
+                         "an optical depth of " + std::to_string(depth) + " with an albedo of " +
+                             std::to_string(albedo) + " keeps light inside for longer than it can be followed",
+                         "lower the extinction or the albedo, or use discrete ordinates");
+  }
+}
+
+}  // namespace obscura

@@ -1,0 +1,17 @@
+// Bounds behind decisions: how thick a World is, and whether photons can finish in it.
+#pragma once
+
+#include "photon/world.h"
+
+namespace obscura {
+
+/// Largest optical depth of the World at one interval over seeded chords through its bounds: an
+/// estimate from below that the thickest direction exceeds by little where clouds are not needles.
+double largest_optical_depth(const World& world, int interval, int chords = 256);
+
+/// Throws where a photon's history would practically never end: depth times (1 - g) above 1e4 while
+/// less than one collision in `depth` absorbs.
+/// @throws NumericalError that names the method and points to another one.
+void refuse_endless_histories(const World& world, int interval, std::string_view method);
+
+}  // namespace obscura

@@ -1,0 +1,322 @@
+#include "photon/emission.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include <tbb/parallel_for.h>
+
+#include "photon/sampling.h"
+
+namespace obscura {
+namespace {
+
+/// Least share of a thick source's photons: below it the weights of neighbours would differ so much
+/// that the noise which thick cores are spared comes back at their borders.
+constexpr double kLeastChance = 0.1;
+
+/// A bounded estimate of the chance that light leaves a cube of side a: min(1, A / (4 k_a V)).
+double escape_chance(double absorption, double side) noexcept {
+  return std::clamp(1.5 / std::max(absorption * side, 1e-300), kLeastChance, 1.0);
+}
+
+/// The step of a cumulative sum that u times its total falls into; u becomes uniform within it.
+template <class Sums>
+std::size_t choose(const Sums& sums, std::size_t count, double& u) noexcept {
+  const double target = u * static_cast<double>(sums[count - 1]);
+  const auto first = sums.begin();
+  std::size_t i = static_cast<std::size_t>(
+      std::upper_bound(first, first + static_cast<std::ptrdiff_t>(count), target,
+                       [](double value, double sum) { return value < static_cast<double>(sum); }) -
+      first);
+  i = std::min(i, count - 1);
+  const double below = i ? static_cast<double>(sums[i - 1]) : 0.0;
+  const double width = static_cast<double>(sums[i]) - below;
+  u = width > 0 ? std::clamp((target - below) / width, 0.0, 1.0 - 0x1p-53) : 0.5;
+  return i;
+}
+
+}  // namespace
+
+PhotonEmitter::PhotonEmitter(const World& world, int interval, const SourceSelection& selection)
+    : world_(&world), interval_(interval) {
+  const auto at = [interval](const std::vector<double>& values) {
+    return values[static_cast<std::size_t>(interval)];
+  };
+  const auto add = [this](Kind kind, int index, double power, double chance) {
+    if (!(power > 0)) return;
+    power_ += power;
+    sources_.push_back({kind, index, power, chance});
+    cumulative_.push_back((cumulative_.empty() ? 0.0 : cumulative_.back()) + chance);
+  };
+  if (!world.bounds().isEmpty()) radius_ = 0.5 * world.bounds().size().length();
+  if (world.periodic()) make_faces();
+
+  blocks_.resize(static_cast<std::size_t>(world.cloud_count()));
+  for (int c = 0; selection.emission && c < world.cloud_count(); ++c) {
+    if (!world.optics(c, interval).emits()) continue;
+    Blocks& blocks = blocks_[static_cast<std::size_t>(c)];
+    blocks = sum_blocks(c);
+    if (!blocks.cumulative.empty()) add(Kind::cloud, c, blocks.emitted, blocks.cumulative.back());
+  }
+  if (selection.sun && world.sun()) {
+    double area = kPi * radius_ * radius_;
+    if (world.periodic()) {
+      area = 0;
+      for (const Face& face : faces_) area += face.area * std::max(0.0, -face.inward.dot(world.sun()->toward));
+    }
+    const double power = at(world.sun()->irradiance) * area;
+    add(Kind::sun, 0, power, power);
+  }
+  if (selection.sky && world.sky(interval) > 0) {
+    double area = 4 * kPi * radius_ * radius_;
+    if (world.periodic()) {
+      area = 0;
+      for (const Face& face : faces_) area += face.area;
+    }
+    const double power = kPi * world.sky(interval) * area;
+    add(Kind::sky, 0, power, power);
+  }
+  const std::vector<HotSphere>& spheres = world.spheres().spheres();
+  for (std::size_t s = 0; s < spheres.size(); ++s) {
+    if (!(s < world.source_count() ? selection.spheres : selection.particles)) continue;
+    const double power = at(spheres[s].radiance) * 4 * kPi * kPi * spheres[s].radius * spheres[s].radius;
+    add(Kind::sphere, static_cast<int>(s), power, power);
+  }
+  for (std::size_t b = 0; selection.beams && b < world.beams().size(); ++b) {
+    const double power = at(world.beams()[b].power);
+    add(Kind::beam, static_cast<int>(b), power, power);
+  }
+}
+
+PhotonEmitter::Blocks PhotonEmitter::sum_blocks(int cloud) const {
+  const Octree& octree = *world_->clouds()[static_cast<std::size_t>(cloud)].octree;
+  const CloudOptics& optics = world_->optics(cloud, interval_);
+  const Affine& placed = world_->clouds()[static_cast<std::size_t>(cloud)].local_to_world;
+  const double voxel_volume = std::abs(linear_determinant(octree.index_to_local()) *
+                                       linear_determinant(placed));
+  const double voxel_side = std::cbrt(voxel_volume);
+  const std::uint32_t count = octree.block_count();
+  std::vector<double> power(count);
+  Blocks blocks;
+  blocks.chance.resize(count);
+
+  // Power and mean absorption of every block, in parallel.
+  tbb::parallel_for(std::uint32_t{0}, count, [&](std::uint32_t b) {
+    const Block block = octree.block(b);
+    std::vector<std::array<float, 512>> values(static_cast<std::size_t>(octree.channel_count()));
+    for (int c = 0; c < octree.channel_count(); ++c) {
+      octree.decode(b, c, std::span<float, 512>(values[static_cast<std::size_t>(c)]));
+    }
+    double emission = 0;
+    double absorption = 0;
+    const std::size_t voxels = block.uniform ? 1 : 512;
+    for (std::size_t v = 0; v < voxels; ++v) {
+      const LocalOptics local = optics.at(
+          [&](int channel) noexcept { return values[static_cast<std::size_t>(channel)][v]; });
+      emission += local.emission;
+      absorption += local.emission * (local.extinction - local.scattering);
+    }
+    const double volume = voxel_volume * (block.uniform ? std::pow(8.0, block.cell.level) : 1.0);
+    power[b] = 4 * kPi * volume * emission;
+    const double side = voxel_side * (block.uniform ? std::exp2(block.cell.level) : 1.0);
+    blocks.chance[b] = static_cast<float>(
+        escape_chance(emission > 0 ? absorption / emission : 0.0, side));
+  });
+
+  blocks.cumulative.resize(count);
+  double sum = 0;
+  for (std::uint32_t b = 0; b < count; ++b) {
+    blocks.emitted += power[b];
+    sum += power[b] * static_cast<double>(blocks.chance[b]);
+    blocks.cumulative[b] = sum;
+  }
+  return blocks;
+}
+
+void PhotonEmitter::make_faces() {
+  // The cell is a box in the frame of the first periodic cloud; light enters through the faces that
+  // have no neighbour.
+  for (int c = 0; c < world_->cloud_count(); ++c) {
+    const CloudFrame& frame = world_->frame(c);
+    if (!frame.periodic()) continue;
+    const Affine& placed = world_->clouds()[static_cast<std::size_t>(c)].local_to_world;
+    Box3d cell;
+    for (int other = 0; other < world_->cloud_count(); ++other) {
+      const Box3d& bounds = world_->frame(other).local_bounds;
+      if (bounds.isEmpty()) continue;
+      const Affine there = world_->clouds()[static_cast<std::size_t>(other)].local_to_world;
+      cell.extendBy(transform_box(there * frame.world_to_local, bounds));
+    }
+    if (cell.isEmpty()) return;
+    for (int axis = 0; axis < 2; ++axis) {
+      if (frame.period_m[static_cast<std::size_t>(axis)] > 0) {
+        cell.min[axis] = frame.local_bounds.min[axis];
+        cell.max[axis] = cell.min[axis] + frame.period_m[static_cast<std::size_t>(axis)];
+      }
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      if (axis < 2 && frame.period_m[static_cast<std::size_t>(axis)] > 0) continue;
+      const int u = (axis + 1) % 3;
+      const int v = (axis + 2) % 3;
+      for (const bool upper : {false, true}) {
+        Vec3d corner = cell.min;
+        if (upper) corner[axis] = cell.max[axis];
+        Vec3d side_u(0), side_v(0), inward(0);
+        side_u[u] = cell.max[u] - cell.min[u];
+        side_v[v] = cell.max[v] - cell.min[v];
+        inward[axis] = upper ? -1 : 1;
+        Face face;
+        face.corner = transform_point(placed, corner);
+        face.side_u = transform_direction(placed, side_u);
+        face.side_v = transform_direction(placed, side_v);
+        face.inward = transform_direction(placed, inward).normalized();
+        face.area = face.side_u.cross(face.side_v).length();
+        faces_.push_back(face);
+      }
+    }
+    return;
+  }
+}
+
+EmittedPhoton PhotonEmitter::emit(const std::array<double, 8>& u, Cache& cache) const noexcept {
+  assert(!sources_.empty());
+  double rest = u[0];
+  const Source& source = sources_[choose(cumulative_, cumulative_.size(), rest)];
+  EmittedPhoton photon;
+  switch (source.kind) {
+    case Kind::cloud: photon = from_cloud(source.index, rest, u, cache); break;
+    case Kind::sun: photon = from_sun(u); break;
+    case Kind::sky: photon = from_sky(u); break;
+    case Kind::sphere: photon = from_sphere(source.index, u); break;
+    case Kind::beam: photon = from_beam(source.index, u); break;
+  }
+  // Chosen with probability chance / sum of chances; the source's own photon carries all its power.
+  photon.power *= cumulative_.back() / source.chance;
+  return photon;
+}
+
+EmittedPhoton PhotonEmitter::from_cloud(int cloud, double u, const std::array<double, 8>& v,
+                                  Cache& cache) const noexcept {
+  const Octree& octree = *world_->clouds()[static_cast<std::size_t>(cloud)].octree;
+  const CloudOptics& optics = world_->optics(cloud, interval_);
+  const Blocks& blocks = blocks_[static_cast<std::size_t>(cloud)];
+  const auto b = static_cast<std::uint32_t>(choose(blocks.cumulative, blocks.cumulative.size(), u));
+  const Block block = octree.block(b);
+
+  // A voxel of the block in proportion to its emission, then a place in it.
+  Vec3d corner(block.cell.corner);
+  double side = 1;
+  if (block.uniform) {
+    side = std::exp2(block.cell.level);
+  } else {
+    if (cache.cloud != cloud || cache.block != b) {
+      constexpr int kMostChannels = 16;
+      std::array<std::array<float, 512>, kMostChannels> values;
+      for (int c = 0; c < octree.channel_count() && c < kMostChannels; ++c) {
+        octree.decode(b, c, std::span<float, 512>(values[static_cast<std::size_t>(c)]));
+      }
+      double sum = 0;
+      for (std::size_t i = 0; i < 512; ++i) {
+        sum += optics.at([&](int channel) noexcept { return values[static_cast<std::size_t>(channel)][i]; }).emission;
+        cache.cumulative[i] = static_cast<float>(sum);
+      }
+      cache.cloud = cloud;
+      cache.block = b;
+    }
+    const std::size_t i = choose(cache.cumulative, 512, u);
+    corner += Vec3d(static_cast<double>(i & 7), static_cast<double>((i >> 3) & 7), static_cast<double>(i >> 6));
+  }
+  const Vec3d index = corner + side * Vec3d(v[1], v[2], v[3]);
+  const Affine& placed = world_->clouds()[static_cast<std::size_t>(cloud)].local_to_world;
+
+  EmittedPhoton photon;
+  photon.position = transform_point(placed, transform_point(octree.index_to_local(), index));
+  photon.direction = uniform_direction(v[4], v[5]);
+  photon.power = blocks.cumulative.back() / static_cast<double>(blocks.chance[b]);
+  return photon;
+}
+
+EmittedPhoton PhotonEmitter::from_sun(const std::array<double, 8>& u) const noexcept {
+  const Sun& sun = *world_->sun();
+  const double irradiance = sun.irradiance[static_cast<std::size_t>(interval_)];
+  const Vec3d toward = cone_direction(sun.toward, std::sin(0.5 * sun.diameter), u[4], u[5]).first;
+  EmittedPhoton photon;
+  photon.direction = -toward;
+  photon.in_direct_set = true;
+  if (!faces_.empty()) {
+    double total = 0;
+    for (const Face& face : faces_) total += face.area * std::max(0.0, -face.inward.dot(toward));
+    double target = u[3] * total;
+    const Face* chosen = nullptr;
+    for (const Face& face : faces_) {
+      const double part = face.area * std::max(0.0, -face.inward.dot(toward));
+      if (part <= 0) continue;
+      chosen = &face;
+      if (target < part) break;
+      target -= part;
+    }
+    if (!chosen) return photon;  // the whole disc of a sun at the horizon is behind the faces
+    photon.position = chosen->corner + u[1] * chosen->side_u + u[2] * chosen->side_v;
+    photon.power = irradiance * total;
+    return photon;
+  }
+  const auto [x, y] = uniform_disc(u[1], u[2]);
+  const auto [a, b] = orthonormal_basis(toward);
+  photon.position = world_->origin() + radius_ * (toward + x * a + y * b);
+  photon.power = irradiance * kPi * radius_ * radius_;
+  return photon;
+}
+
+EmittedPhoton PhotonEmitter::from_sky(const std::array<double, 8>& u) const noexcept {
+  EmittedPhoton photon;
+  photon.in_direct_set = true;
+  if (!faces_.empty()) {
+    double total = 0;
+    for (const Face& face : faces_) total += face.area;
+    double target = u[3] * total;
+    const Face* chosen = &faces_.back();
+    for (const Face& face : faces_) {
+      if (target < face.area) {
+        chosen = &face;
+        break;
+      }
+      target -= face.area;
+    }
+    photon.position = chosen->corner + u[1] * chosen->side_u + u[2] * chosen->side_v;
+    photon.direction = cosine_direction(chosen->inward, u[4], u[5]);
+    photon.power = kPi * world_->sky(interval_) * total;
+    return photon;
+  }
+  const Vec3d from = uniform_direction(u[4], u[5]);
+  const auto [x, y] = uniform_disc(u[1], u[2]);
+  const auto [a, b] = orthonormal_basis(from);
+  photon.position = world_->origin() + radius_ * (from + x * a + y * b);
+  photon.direction = -from;
+  photon.power = 4 * kPi * kPi * world_->sky(interval_) * radius_ * radius_;
+  return photon;
+}
+
+EmittedPhoton PhotonEmitter::from_sphere(int index, const std::array<double, 8>& u) const noexcept {
+  const HotSphere& sphere = world_->spheres().spheres()[static_cast<std::size_t>(index)];
+  const Vec3d normal = uniform_direction(u[1], u[2]);
+  EmittedPhoton photon;
+  photon.position = sphere.center + sphere.radius * normal;
+  photon.direction = cosine_direction(normal, u[4], u[5]);
+  photon.power = sphere.radiance[static_cast<std::size_t>(interval_)] * 4 * kPi * kPi *
+                 sphere.radius * sphere.radius;
+  photon.in_direct_set = static_cast<std::size_t>(index) < world_->source_count();
+  return photon;
+}
+
+EmittedPhoton PhotonEmitter::from_beam(int index, const std::array<double, 8>& u) const noexcept {
+  const Beam& beam = world_->beams()[static_cast<std::size_t>(index)];
+  const auto [x, y] = uniform_disc(u[1], u[2]);
+  const auto [a, b] = orthonormal_basis(beam.direction);
+  EmittedPhoton photon;
+  photon.position = beam.position + beam.radius * (x * a + y * b);
+  photon.direction = beam.direction;
+  photon.power = beam.power[static_cast<std::size_t>(interval_)];
+  return photon;
+}
+
+}  // namespace obscura

@@ -1,0 +1,90 @@
+// Photon emission: every source of a World sends photons in proportion to its power at one spectral
+// interval, with weights that make up for any other choice.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "photon/world.h"
+
+namespace obscura {
+
+/// How the random numbers of emission are laid out (DESIGN: "stratified" is a regular mesh modulated
+/// by a random law, so that batches are independent replicas).
+enum class Directions { stratified, regular, random };
+
+/// Which sources take part; all on by default. A source that is off emits nothing.
+struct SourceSelection {
+  bool emission = true;  ///< the clouds' own
+  bool sun = true;
+  bool sky = true;
+  bool spheres = true;   ///< hot spheres
+  bool particles = true;
+  bool beams = true;
+};
+
+struct EmittedPhoton {
+  Vec3d position;
+  Vec3d direction;   ///< unit vector
+  double power = 0;  ///< W if it were the only photon: the total over the number emitted
+  bool in_direct_set = false;  ///< of a source that the sensor pass integrates directly
+};
+
+/// The sources of one interval. Immutable and thread-safe.
+class PhotonEmitter {
+ public:
+  PhotonEmitter(const World& world, int interval, const SourceSelection& selection = {});
+
+  /// Power of all sources, W.
+  double power() const noexcept { return power_; }
+
+  /// Remembers the voxels of the block that it last emitted from: photons that come in the order of
+  /// their first number find it there.
+  struct Cache {
+    int cloud = -1;
+    std::uint32_t block = 0;
+    std::array<float, 512> cumulative{};
+  };
+
+  /// @param u uniform numbers: source, position (3), direction (2), 2 spare.
+  EmittedPhoton emit(const std::array<double, 8>& u, Cache& cache) const noexcept;
+
+ private:
+  enum class Kind { cloud, sun, sky, sphere, beam };
+  struct Source {
+    Kind kind;
+    int index;      // cloud, sphere or beam
+    double power;   // W
+    double chance;  // of being chosen
+  };
+  /// Where light from infinity enters: a disc over the bounds, or the free faces of a periodic cell.
+  struct Face {
+    Vec3d corner, side_u, side_v;
+    Vec3d inward;  // unit normal
+    double area;
+  };
+  struct Blocks {
+    std::vector<double> cumulative;  // of power times the bounded chance to escape
+    std::vector<float> chance;       // the bounded chance to escape, per block
+    double emitted = 0;              // W
+  };
+
+  Blocks sum_blocks(int cloud) const;
+  void make_faces();
+  EmittedPhoton from_cloud(int cloud, double u, const std::array<double, 8>& v, Cache& cache) const noexcept;
+  EmittedPhoton from_sun(const std::array<double, 8>& u) const noexcept;
+  EmittedPhoton from_sky(const std::array<double, 8>& u) const noexcept;
+  EmittedPhoton from_sphere(int index, const std::array<double, 8>& u) const noexcept;
+  EmittedPhoton from_beam(int index, const std::array<double, 8>& u) const noexcept;
+
+  const World* world_;
+  int interval_;
+  double power_ = 0;
+  double radius_ = 0;          // of the sphere about the bounds, m
+  std::vector<Face> faces_;    // periodic scenes
+  std::vector<Source> sources_;
+  std::vector<double> cumulative_;
+  std::vector<Blocks> blocks_;
+};
+
+}  // namespace obscura

@@ -1,0 +1,55 @@
+// Photon tracing: emitted photons fly, collide, are stored and are absorbed, scattered or lost.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "octree/base/progress.h"
+#include "photon/emission.h"
+#include "photon/flux.h"
+#include "photon/photon.h"
+#include "photon/world.h"
+
+namespace obscura {
+
+struct TraceSettings {
+  std::uint64_t photons = 1000000;  ///< emitted, per interval
+  double photon_power_min = 0;      ///< W; photons below are not stored
+  Directions directions = Directions::stratified;
+  std::optional<int> scattering_depth;  ///< most scatterings of a history; none: no limit
+  std::uint64_t seed = 1;
+  SourceSelection sources;
+};
+
+/// Watts per batch; a batch's sum is its share of the whole, so the sixteen add up to the total.
+using BatchTally = std::array<double, kBatches>;
+
+/// What became of the emitted power: emitted = absorbed + surface + escaped + truncated.
+struct EnergyTally {
+  BatchTally emitted{}, absorbed{}, surface{}, escaped{}, truncated{};
+  EnergyTally& operator+=(const EnergyTally& other) noexcept;
+};
+
+struct FluxTally {
+  BatchTally forward{}, backward{};
+  FluxTally& operator+=(const FluxTally& other) noexcept;
+};
+
+struct TraceResult {
+  std::vector<Photon> photons;    ///< stored, in the order of batch, then emission
+  EnergyTally energy;
+  std::vector<FluxTally> flux;    ///< one per rectangle
+  std::uint64_t emitted = 0;      ///< number of photons
+  double dropped_W = 0;           ///< power of collisions below photon_power_min
+  std::uint64_t anomalies = 0;    ///< non-finite or impossible values met (and left out)
+  bool partial = false;           ///< cancelled before the end
+};
+
+/// Traces one spectral interval. The same bits for any number of threads.
+TraceResult trace_photons(const World& world, int interval, const TraceSettings& settings,
+                          std::span<const FluxRectangle> rectangles = {},
+                          const Progress& progress = {});
+
+}  // namespace obscura
