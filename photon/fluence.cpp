@@ -1,0 +1,50 @@
+#include "photon/fluence.h"
+
+#include "octree/base/random.h"
+#include "photon/purpose.h"
+#include "photon/sampling.h"
+
+namespace obscura {
+
+BatchMean fluence(const World& world, int interval, const PhotonMap* map, const RadianceSettings& settings,
+                  const Vec3d& point, int directions, std::uint64_t history) {
+  // All directions but the sun's disc, in which a single ray would outshine all others.
+  const int rows = std::max(1, static_cast<int>(std::sqrt(directions / 2.0)));
+  const int columns = 2 * rows;
+  std::vector<Ray> rays;
+  std::vector<std::uint64_t> histories;
+  Stream stream(settings.seed, history, purpose_id(Purpose::probe, interval));
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      const double u = (row + stream.uniform()) / rows;
+      const double v = (column + stream.uniform()) / columns;
+      rays.push_back({point, uniform_direction(u, v), 0, kInfinity});
+      histories.push_back((history + 1) << 32 | histories.size());
+    }
+  }
+  RadianceSettings without_disc = settings;
+  without_disc.parts.sun_disc = false;
+  std::vector<Incoming> incoming(rays.size());
+  incoming_radiance(world, interval, map, without_disc, rays, histories, incoming);
+
+  Moments total;
+  std::array<double, kBatches> batches{};
+  for (const Incoming& in : incoming) {
+    total.add(in.total());
+    for (std::size_t b = 0; b < batches.size(); ++b) batches[b] += in.map[b] / static_cast<double>(rays.size());
+  }
+  double sunlight = 0;
+  if (settings.parts.background && world.sun()) {
+    const Ray shadow{point, world.sun()->toward, 0, kInfinity};
+    if (world.spheres().intersect(shadow).t == kInfinity) {
+      double depth = 0;
+      world.optical_depths(interval, {&shadow, 1}, {&depth, 1});
+      sunlight = world.sun()->irradiance[static_cast<std::size_t>(interval)] * std::exp(-depth);
+    }
+  }
+  const double map_error = map ? batch_mean(batches).standard_error : 0.0;
+  const double ray_error = total.standard_error();
+  return {4 * kPi * total.mean() + sunlight, 4 * kPi * std::hypot(map_error, ray_error)};
+}
+
+}  // namespace obscura

@@ -1,0 +1,14 @@
+// Fluence at a point: the radiance of all directions, by the same pass that serves the sensor.
+#pragma once
+
+#include "octree/base/statistics.h"
+#include "photon/radiance.h"
+
+namespace obscura {
+
+/// Integral of radiance over the sphere, W/m2, and its standard error, at one spectral interval.
+/// @param directions stratified over the sphere; @param history names the random numbers
+BatchMean fluence(const World& world, int interval, const PhotonMap* map, const RadianceSettings& settings,
+                  const Vec3d& point, int directions, std::uint64_t history);
+
+}  // namespace obscura

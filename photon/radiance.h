@@ -1,0 +1,74 @@
+// The sensor pass: radiance that arrives along rays at one spectral interval. Emission and direct
+// light are integrated here; what has scattered more often comes from the photon map.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "photon/density.h"
+#include "photon/photon_map.h"
+#include "photon/world.h"
+
+namespace obscura {
+
+/// The parts that radiance is the sum of; each can be switched off.
+struct RadianceParts {
+  bool background = true;  ///< sky, sun's disc and spheres seen through the clouds
+  bool sun_disc = true;    ///< the sun's disc in the background
+  bool emission = true;    ///< of the clouds, unscattered
+  bool sun = true;         ///< scattered once
+  bool sky = true;         ///< scattered once
+  bool spheres = true;     ///< of hot spheres, scattered once
+  bool map = true;         ///< all other scattered light
+};
+
+struct RadianceSettings {
+  GatherSettings gather;
+  /// Scattering points along a ray whose clouds let nothing through; in proportion fewer in thin ones.
+  int points = 4;
+  std::optional<int> scattering_depth;  ///< as in tracing; 0: nothing scatters into the ray
+  std::uint64_t seed = 1;
+  RadianceParts parts;
+};
+
+/// What arrives at the start of a ray, W/m2/sr.
+struct Incoming {
+  double direct = 0;                       ///< everything that does not come from the map
+  std::array<double, kBatches> map{};      ///< from the map, once per batch; their mean adds to `direct`
+  double bias = 0;                         ///< estimated bias of the map's part
+  double transmission = 1;                 ///< of the clouds, to the first surface or infinity
+  double distance = kInfinity;             ///< to the first surface, in units of the ray's direction
+
+  double total() const noexcept {
+    double sum = 0;
+    for (const double batch : map) sum += batch;
+    return direct + sum / kBatches;
+  }
+};
+
+/// What the pass did; anomalies are numbers that should never be: they are left out and counted.
+struct RadianceCounts {
+  std::uint64_t rays = 0;
+  std::uint64_t scattering_points = 0;
+  std::uint64_t shadow_rays = 0;
+  std::uint64_t anomalies = 0;
+
+  RadianceCounts& operator+=(const RadianceCounts& other) noexcept {
+    rays += other.rays;
+    scattering_points += other.scattering_points;
+    shadow_rays += other.shadow_rays;
+    anomalies += other.anomalies;
+    return *this;
+  }
+};
+
+/// Radiance along many rays at once. Directions are unit vectors. The result of a ray depends on its
+/// history number and not on the others. Scratch memory is allocated once per call: give it thousands.
+/// @param map null: nothing but direct light
+RadianceCounts incoming_radiance(const World& world, int interval, const PhotonMap* map,
+                                 const RadianceSettings& settings, std::span<const Ray> rays,
+                                 std::span<const std::uint64_t> histories, std::span<Incoming> incoming);
+
+}  // namespace obscura
