@@ -1,0 +1,31 @@
+// From the wish to the World at one time: opens the volumes, builds their octrees and works out the
+// optics of every spectral interval.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "octree/base/progress.h"
+#include "octree/build.h"
+#include "photon/world.h"
+#include "scene/description.h"
+
+namespace obscura {
+
+/// How one octree came out; a cloud whose grids lie on different lattices has several.
+struct OctreeRecord {
+  std::string name;
+  double tolerance = 0;
+  OctreeStatistics statistics;
+  BuildReport build;
+};
+
+struct BuiltWorld {
+  World world;
+  std::vector<OctreeRecord> octrees;
+};
+
+/// @throws InputError where a volume is broken or lacks a grid; ResourceError where memory or disk fail.
+BuiltWorld build_world(const Description& scene, double time_s, const Progress& progress = {});
+
+}  // namespace obscura

@@ -1,0 +1,160 @@
+#include "scene/run.h"
+
+#include <chrono>
+
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include "photon/fluence.h"
+#include "scene/session.h"
+
+namespace obscura {
+namespace {
+
+/// Directions of a probe's fluence.
+constexpr int kProbeDirections = 8192;
+
+class Stages {
+ public:
+  /// Seconds since the last stage ended.
+  void end(const char* stage) {
+    const auto now = std::chrono::steady_clock::now();
+    seconds_.emplace_back(stage, std::chrono::duration<double>(now - last_).count());
+    last_ = now;
+  }
+  std::vector<std::pair<std::string, double>> take() { return std::move(seconds_); }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+  std::vector<std::pair<std::string, double>> seconds_;
+};
+
+double total(const BatchTally& tally) { return pairwise_sum(tally); }
+
+std::vector<ProbeReport> probe(const Session& session, const Light& light) {
+  const World& world = session.world();
+  std::vector<ProbeReport> reports;
+  std::uint64_t history = 0;
+  for (const ProbeDescription& wish : session.scene().probes) {
+    ProbeReport& report = reports.emplace_back();
+    report.name = wish.name;
+    for (const Band& band : world.bands()) report.bands.push_back({band.name(), {}});
+    for (int i = 0; i < world.interval_count(); ++i) {
+      FluenceReport& sum = report.bands[static_cast<std::size_t>(world.interval(i).band)].second;
+      const BatchMean here = fluence(world, i, &light.maps[static_cast<std::size_t>(i)], session.plan().radiance,
+                                     wish.position_m, kProbeDirections, history);
+      sum.fluence += here.mean;
+      sum.error = std::hypot(sum.error, here.standard_error);
+    }
+    ++history;
+  }
+  return reports;
+}
+
+std::vector<FluxReport> flux_of(const Session& session, const Light& light) {
+  std::vector<FluxReport> reports;
+  for (std::size_t r = 0; r < session.scene().flux.size(); ++r) {
+    FluxReport& report = reports.emplace_back();
+    report.name = session.scene().flux[r].name;
+    for (std::size_t b = 0; b < light.bands.size(); ++b) {
+      const FluxTally& tally = light.bands[b].flux[r];
+      // The error is that of the net power: batches are shares of the whole.
+      BatchTally net;
+      for (std::size_t k = 0; k < net.size(); ++k) net[k] = kBatches * (tally.forward[k] - tally.backward[k]);
+      report.bands.push_back({session.world().bands()[b].name(),
+                              {total(tally.forward), total(tally.backward), batch_mean(net).standard_error}});
+    }
+  }
+  return reports;
+}
+
+Report make_report(const Session& session, const Light& light, const Rendered& rendered) {
+  Report report;
+  const Description& scene = session.scene();
+  report.version = OBSCURA_VERSION;
+  report.scene = scene.name;
+  report.hash = scene.hash;
+  report.seed = scene.render.seed;
+  report.plan = session.plan().effects;
+  for (std::size_t b = 0; b < light.bands.size(); ++b) {
+    const EnergyTally& energy = light.bands[b].energy;
+    report.energy.push_back({session.world().bands()[b].name(),
+                             {total(energy.emitted), total(energy.absorbed), total(energy.surface),
+                              total(energy.escaped), total(energy.truncated)}});
+  }
+  report.photons = {light.emitted, light.stored, light.bytes};
+  for (const OctreeRecord& octree : session.octrees()) {
+    std::uint64_t leaves = 0;
+    for (const std::uint64_t level : octree.statistics.leaves) leaves += level;
+    report.octree.push_back({octree.name, leaves, octree.statistics.bytes, octree.statistics.bytes_dense,
+                             octree.tolerance, octree.build.error_measured, octree.build.error_bound});
+  }
+  report.rays = {{"base", rendered.film.rays()}};
+  report.anomalies = {{"photons", light.anomalies},
+                      {"radiance", rendered.counts.anomalies},
+                      {"film", rendered.film.anomalies()}};
+  report.flux = flux_of(session, light);
+  report.warnings = scene.warnings;
+  if (light.dropped_W > 0) {
+    report.warnings.push_back("collisions of photons weaker than photon_power_min were not stored: " +
+                              std::to_string(light.dropped_W) + " W of them");
+  }
+  for (const auto& [band, energy] : report.energy) {
+    if (energy.truncated_W > 0) {
+      report.warnings.push_back("scattering_depth cuts off " + std::to_string(energy.truncated_W) + " W in band \"" +
+                                band + "\": the image is too dark by at most that share of " +
+                                std::to_string(energy.emitted_W) + " W");
+    }
+  }
+  if (scene.render.directions == DirectionsKind::regular) {
+    report.warnings.push_back("directions are \"regular\": batches are no replicas, so the errors say nothing about photons");
+  }
+  report.partial = light.partial || rendered.film.partial();
+  return report;
+}
+
+ImageOrigin origin_of(const Session& session, double time_s) {
+  ImageOrigin origin;
+  origin.camera = session.plan().camera;
+  origin.seed = session.scene().render.seed;
+  origin.scene_name = session.scene().name;
+  origin.scene_hash = session.scene().hash;
+  origin.method = "photon";
+  origin.time_s = time_s;
+  origin.has_bias = true;
+  return origin;
+}
+
+}  // namespace
+
+RunResult run_scene(const Description& scene, const RunOptions& options, const Progress& progress) {
+  const auto threads = static_cast<std::size_t>(options.threads > 0 ? options.threads : tbb::this_task_arena::max_concurrency());
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+  const double time_s = options.time_s.value_or(scene.time_s);
+  Stages stages;
+
+  Session session(scene, time_s, progress);
+  stages.end("world");
+  const Light& light = session.light(progress);
+  stages.end("photons");
+  const Rendered rendered = session.render(progress);
+  stages.end("image");
+  Report report = make_report(session, light, rendered);
+  if (!progress.cancelled()) report.probes = probe(session, light);
+  stages.end("report");
+
+  RunResult result{develop(rendered.film, session.world().bands(), origin_of(session, time_s)), std::move(report), {}};
+  if (result.report.partial) result.image.metadata["obscura:partial"] = 1;
+  result.report.time_s = stages.take();
+  result.report.peak_MiB = peak_memory_MiB();
+  std::uint64_t anomalies = 0;
+  for (const auto& [kind, count] : result.report.anomalies) anomalies += count;
+  const std::uint64_t work = light.emitted + rendered.counts.rays + rendered.counts.scattering_points;
+  if (static_cast<double>(anomalies) > 1e-6 * static_cast<double>(work)) {
+    result.failure = std::to_string(anomalies) + " impossible values in " + std::to_string(work) +
+                     " rays and photons: more than one in a million";
+  }
+  return result;
+}
+
+}  // namespace obscura

@@ -1,0 +1,53 @@
+#include "scene/session.h"
+
+#include <utility>
+
+namespace obscura {
+namespace {
+
+std::vector<FluxRectangle> rectangles_of(const Description& scene) {
+  std::vector<FluxRectangle> rectangles;
+  for (const FluxDescription& flux : scene.flux) {
+    const Vec3d normal = flux.normal.normalized();
+    const auto [u, v] = rectangle_sides(normal);
+    rectangles.push_back({flux.center_m, flux.size_m[0] * u, flux.size_m[1] * v});
+  }
+  return rectangles;
+}
+
+bool same_photons(const TraceSettings& a, const TraceSettings& b) {
+  return a.photons == b.photons && a.photon_power_min == b.photon_power_min && a.directions == b.directions &&
+         a.scattering_depth == b.scattering_depth && a.seed == b.seed;
+}
+
+}  // namespace
+
+Session::Session(Description scene, double time_s, const Progress& progress)
+    : scene_(std::move(scene)),
+      built_(build_world(scene_, time_s, progress)),
+      plan_(make_plan(scene_, built_.world)),
+      rectangles_(rectangles_of(scene_)) {}
+
+const Light& Session::light(const Progress& progress) {
+  if (!light_) light_ = trace_light(world(), plan_.trace, rectangles_, progress);
+  return *light_;
+}
+
+void Session::look_from(const SensorDescription& sensor) {
+  scene_.sensor = sensor;
+  set_render(scene_.render);
+}
+
+void Session::set_render(const RenderDescription& render) {
+  scene_.render = render;
+  Plan plan = make_plan(scene_, world());
+  if (!same_photons(plan.trace, plan_.trace)) light_.reset();
+  plan_ = std::move(plan);
+}
+
+Rendered Session::render(const Progress& progress) {
+  const Light& traced = light(progress);
+  return obscura::render(world(), traced.maps, Camera(plan_.camera), plan_.sampling, plan_.radiance, progress);
+}
+
+}  // namespace obscura

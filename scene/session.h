@@ -1,0 +1,43 @@
+// What stays when a run repeats: the World, its plan and its photon maps. Only what changed is made anew.
+#pragma once
+
+#include <optional>
+
+#include "photon/light.h"
+#include "scene/build_world.h"
+#include "scene/plan.h"
+
+namespace obscura {
+
+/// Holds one scene at one time. Not thread-safe; its methods use all threads.
+class Session {
+ public:
+  /// Builds the World. @throws as build_world()
+  Session(Description scene, double time_s, const Progress& progress = {});
+
+  const Description& scene() const noexcept { return scene_; }
+  const World& world() const noexcept { return built_.world; }
+  const std::vector<OctreeRecord>& octrees() const noexcept { return built_.octrees; }
+  const Plan& plan() const noexcept { return plan_; }
+
+  /// The photon maps, traced at the first call. @throws as trace_light()
+  const Light& light(const Progress& progress = {});
+
+  /// Another camera: World and photon maps stay.
+  void look_from(const SensorDescription& sensor);
+  /// Other settings of the method: the World stays, and the maps too where only gathering changed.
+  /// The octree's tolerance is fixed at construction; a different one is ignored.
+  void set_render(const RenderDescription& render);
+
+  /// The image of the present camera.
+  Rendered render(const Progress& progress = {});
+
+ private:
+  Description scene_;
+  BuiltWorld built_;
+  Plan plan_;
+  std::vector<FluxRectangle> rectangles_;
+  std::optional<Light> light_;
+};
+
+}  // namespace obscura
