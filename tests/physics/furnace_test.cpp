@@ -1,0 +1,70 @@
+// The furnace: where everything has one temperature, so has the image, whatever scatters.
+#include <catch2/catch.hpp>
+
+#include "sensor/render.h"
+#include "tests/support/agree.h"
+#include "tests/support/rough_cloud.h"
+#include "tests/support/worlds.h"
+
+using namespace obscura;
+using namespace obscura::test;
+
+namespace {
+
+constexpr double kRadiance = 3.7;
+
+CloudWish rough(double albedo, double g) {
+  CloudWish wish;
+  wish.voxels = Vec3i(kRoughSide);
+  wish.density = [](const Vec3i& v) { return rough_density(v); };
+  wish.voxel_m = 0.1;
+  wish.extinction = 3;
+  wish.albedo = albedo;
+  wish.source = kRadiance;
+  wish.phase = g == 0 ? PhaseFunction::isotropic() : PhaseFunction::henyey_greenstein(g);
+  return wish;
+}
+
+Film photograph(const World& world, std::uint64_t photons, int rays = 4) {
+  CameraSettings camera;
+  camera.position_m = {1.6, -6, 2};
+  camera.look_at_m = {1.6, 1.6, 1.6};
+  camera.fov_deg = 40;
+  camera.resolution = {32, 24};
+  TraceSettings trace;
+  trace.photons = photons;
+  const Light light = trace_light(world, trace);
+  CHECK(light.anomalies == 0);
+  Rendered rendered = render(world, light.maps, Camera(camera), {rays, 1, 0}, {});
+  CHECK(rendered.counts.anomalies == 0);
+  return std::move(rendered.film);
+}
+
+}  // namespace
+
+TEST_CASE("without scattering every pixel of the furnace has its radiance", "[physics][furnace]") {
+  const World world(grey_contents(rough(0, 0), kRadiance));
+  const Film film = photograph(world, 1000);
+  for (const float value : film.values(0, Film::Value::radiance)) {
+    CHECK(std::abs(static_cast<double>(value) - kRadiance) < 1e-6 * kRadiance);
+  }
+}
+
+TEST_CASE("with scattering the furnace's image has its radiance in the mean", "[physics][furnace]") {
+  struct Case {
+    double albedo, g;
+  };
+  for (const Case c : {Case{0.5, 0}, Case{0.9, 0.7}, Case{0.95, -0.3}}) {
+    const World world(grey_contents(rough(c.albedo, c.g), kRadiance));
+    const ImageMean mean = photograph(world, 400000).mean(0);
+    INFO("albedo " << c.albedo << ", g " << c.g << ": mean " << mean.mean << " +- " << mean.standard_error);
+    CHECK(std::abs(mean.mean - kRadiance) < 3 * mean.standard_error);
+    CHECK(mean.standard_error < 0.003 * kRadiance);
+  }
+}
+
+TEST_CASE("a furnace whose sky is colder is seen to be none", "[physics][furnace]") {
+  const World world(grey_contents(rough(0.5, 0), 0.95 * kRadiance));
+  const ImageMean mean = photograph(world, 400000).mean(0);
+  CHECK(std::abs(mean.mean - kRadiance) > 3 * mean.standard_error);
+}
