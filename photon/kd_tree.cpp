@@ -1,43 +1,24 @@
-// Building the tree by selection and querying it by descent with tight gaps between the children.
+// Searching the tree: descent with the gaps between the children, four photons at a time, and a set of
+// the nearest that is thinned out by counting instead of kept in order.
 #include "photon/kd_tree.h"
 
-#include <oneapi/tbb/parallel_invoke.h>
-
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
-#include <tuple>
+#include <limits>
 
 namespace obscura {
 namespace {
 
 /// Four lanes, by the extension that gcc and clang share; no target lacks it.
 using Four [[gnu::vector_size(16)]] = float;
+using Four_i [[gnu::vector_size(16)]] = std::int32_t;
 
-constexpr std::uint32_t kParallelBuckets = 256;  // smaller subtrees are built by one thread
-
-/// Buckets of the left child of a node of `count` buckets.
-constexpr std::uint32_t left_buckets(std::uint32_t count) noexcept { return count - count / 2; }
-
-void bounding_box(std::span<const Photon> photons, Vec3f& low, Vec3f& high) noexcept {
-  low = high = photons.front().position;
-  for (const Photon& photon : photons) {
-    for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], photon.position[axis]);
-      high[axis] = std::max(high[axis], photon.position[axis]);
-    }
-  }
-}
-
-/// A total order of different photons, first along the axis: the tree depends on the photons alone, not
-/// on the order in which they came.
-bool before(const Photon& a, const Photon& b, int axis) noexcept {
-  if (a.position[axis] != b.position[axis]) return a.position[axis] < b.position[axis];
-  const auto key = [](const Photon& p) {
-    return std::tuple(p.position.x, p.position.y, p.position.z, p.batch, p.direction, p.collisions,
-                      p.split, p.power);
-  };
-  return key(a) < key(b);
+bool none(Four_i mask) noexcept {
+  std::uint64_t halves[2];
+  std::memcpy(halves, &mask, sizeof mask);
+  return (halves[0] | halves[1]) == 0;
 }
 
 }  // namespace
@@ -46,77 +27,85 @@ Nearest::Nearest(int k, float max_distance2) noexcept
     : k_(std::clamp(k, 1, kMax)), full_(2 * k_ + 2 * kBucket),
       bound_(std::isinf(max_distance2) ? max_distance2 : std::nextafter(max_distance2, -1.0f)) {}
 
-void Nearest::reduce() noexcept {
-  if (count_ < k_) return;
-  std::pair<float, std::uint32_t> all[kCapacity];
-  for (int i = 0; i < count_; ++i) all[i] = {distance2_[i], index_[i]};
-  std::nth_element(all, all + k_ - 1, all + count_);
-  for (int i = 0; i < k_; ++i) {
-    distance2_[i] = all[i].first;
-    index_[i] = all[i].second;
+int Nearest::count_within(float distance2) const noexcept {
+  const Four limit{distance2, distance2, distance2, distance2};
+  Four_i sum{0, 0, 0, 0};
+  for (int i = 0; i < count_; i += 4) {  // filled up with infinities
+    Four four;
+    std::memcpy(&four, distance2_ + i, sizeof four);
+    sum -= four <= limit;
   }
-  count_ = k_;
-  bound_ = all[k_ - 1].first;
+  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
-void Nearest::finish() noexcept {
-  if (count_ > k_) return reduce();
-  if (count_ == 0) return;
+void Nearest::reduce(int most) noexcept {
+  for (int i = count_; i % 4 != 0; ++i) distance2_[i] = std::numeric_limits<float>::infinity();
+
+  // A distance within which there are from k to `most`: squared distances have a density like their
+  // root, so the next guess is where the share would be right; every third halves the bits instead.
+  std::uint32_t low = 0, high = std::bit_cast<std::uint32_t>(bound_);  // too few before low, enough at high
+  int within = count_within(bound_), below = 0;
+  for (int step = 1; within > most && low < high; ++step) {
+    const float from = std::bit_cast<float>(low), to = std::bit_cast<float>(high);
+    std::uint32_t guess = low + (high - low) / 2;
+    if (step % 3 != 0 && std::isfinite(to)) {
+      const float share = (static_cast<float>(k_) + 0.5f - static_cast<float>(below)) / static_cast<float>(within - below);
+      guess = std::clamp(std::bit_cast<std::uint32_t>(from + share * (to - from)), low, high - 1);
+    }
+    const int count = count_within(std::bit_cast<float>(guess));
+    if (count < k_) {
+      low = guess + 1;
+      below = count;
+    } else {
+      high = guess;
+      within = count;
+    }
+  }
+  bound_ = std::bit_cast<float>(high);
+
+  int kept = 0;
+  for (int i = 0; i < count_; ++i) {
+    const float distance2 = distance2_[i];
+    const std::uint32_t index = index_[i];
+    distance2_[kept] = distance2;
+    index_[kept] = index;
+    kept += distance2 <= bound_;
+  }
+  count_ = kept;
+}
+
+int Nearest::farthest() const noexcept {
   int farthest = 0;
   for (int i = 1; i < count_; ++i) {
-    if (std::pair(distance2_[i], index_[i]) > std::pair(distance2_[farthest], index_[farthest])) {
+    if (distance2_[i] > distance2_[farthest] ||
+        (distance2_[i] == distance2_[farthest] && index_[i] > index_[farthest])) {
       farthest = i;
     }
   }
-  if (count_ == k_) bound_ = distance2_[farthest];
-  std::swap(distance2_[farthest], distance2_[count_ - 1]);
-  std::swap(index_[farthest], index_[count_ - 1]);
+  return farthest;
 }
 
-KdTree::KdTree(std::vector<Photon> photons) : photons_(std::move(photons)) {
-  if (photons_.empty()) return;
-  const auto buckets = static_cast<std::uint32_t>((photons_.size() + kBucket - 1) / kBucket);
-  splits_.resize(buckets - 1);
-  bounding_box(photons_, min_, max_);
-  build(0, 0, buckets);
-}
-
-void KdTree::build(std::uint32_t node, std::uint32_t begin, std::uint32_t end) {
-  const std::size_t first = std::size_t{begin} * kBucket;
-  const std::size_t last = std::min(std::size_t{end} * kBucket, photons_.size());
-  if (end - begin == 1) {
-    std::sort(photons_.begin() + first, photons_.begin() + last,
-              [](const Photon& a, const Photon& b) { return before(a, b, 0); });
-    return;
+void Nearest::finish() noexcept {
+  if (count_ > k_) {
+    reduce(k_);
+    // What is left over lies at the bound: the lower indices stay.
+    if (count_ > k_) {
+      const auto at_bound = [this](int i) { return distance2_[i] == bound_; };
+      int inside = 0;
+      for (int i = 0; i < count_; ++i) {
+        if (at_bound(i)) continue;
+        std::swap(distance2_[i], distance2_[inside]);
+        std::swap(index_[i], index_[inside++]);
+      }
+      std::nth_element(index_ + inside, index_ + k_ - 1, index_ + count_);
+      count_ = k_;
+    }
   }
-  const std::uint32_t middle = begin + left_buckets(end - begin);
-  const std::span<Photon> all(photons_.data() + first, last - first);
-
-  Vec3f low, high;
-  bounding_box(all, low, high);
-  const Vec3f extent = high - low;
-  int axis = 0;
-  for (int i = 1; i < 3; ++i) {
-    if (extent[i] > extent[axis]) axis = i;
-  }
-
-  const auto nth = all.begin() + static_cast<std::ptrdiff_t>(std::size_t{middle} * kBucket - first);
-  std::nth_element(all.begin(), nth, all.end(),
-                   [axis](const Photon& a, const Photon& b) { return before(a, b, axis); });
-  float end_of_left = all.front().position[axis];
-  for (auto it = all.begin(); it != nth; ++it) {
-    end_of_left = std::max(end_of_left, it->position[axis]);
-  }
-  splits_[node] = {end_of_left, nth->position[axis], static_cast<std::uint32_t>(axis)};
-
-  const auto left = [&] { build(node + 1, begin, middle); };
-  const auto right = [&] { build(node + (middle - begin), middle, end); };
-  if (end - begin > kParallelBuckets) {
-    oneapi::tbb::parallel_invoke(left, right);
-  } else {
-    left();
-    right();
-  }
+  if (count_ == 0) return;
+  const int last = farthest();
+  std::swap(distance2_[last], distance2_[count_ - 1]);
+  std::swap(index_[last], index_[count_ - 1]);
+  if (count_ == k_) bound_ = distance2_[count_ - 1];
 }
 
 void KdTree::nearest(const Vec3f& x, Nearest& nearest, std::uint32_t first_index) const noexcept {
@@ -141,31 +130,39 @@ void KdTree::nearest(const Vec3f& x, Nearest& nearest, std::uint32_t first_index
 
   const Four x4{x.x, x.x, x.x, x.x}, y4{x.y, x.y, x.y, x.y}, z4{x.z, x.z, x.z, x.z};
   while (depth > 0) {
-    Visit at = stack[--depth];
-    if (at.distance2 > nearest.bound_) continue;
+    const Visit& top = stack[--depth];
+    if (top.distance2 > nearest.bound_) continue;
+    std::uint32_t node = top.node, begin = top.begin, end = top.end;
+    Vec3f gap = top.outside;
 
     // Descend to the bucket on x's side; leave the other side for later.
-    while (at.end - at.begin > 1) {
-      const Split& split = splits_[at.node];
-      const std::uint32_t middle = at.begin + left_buckets(at.end - at.begin);
-      Visit left{at.outside, 0, at.node + 1, at.begin, middle};
-      Visit right{at.outside, 0, at.node + (middle - at.begin), middle, at.end};
-      const float q = x[static_cast<int>(split.axis)];
-      if (q > split.low) left.outside[static_cast<int>(split.axis)] = q - split.low;
-      if (q < split.high) right.outside[static_cast<int>(split.axis)] = split.high - q;
-      left.distance2 = length2(left.outside);
-      right.distance2 = length2(right.outside);
-      const bool left_first = left.distance2 <= right.distance2;
-      const Visit& far = left_first ? right : left;
-      if (far.distance2 <= nearest.bound_) stack[depth++] = far;
-      at = left_first ? left : right;
+    while (end - begin > 1) {
+      const Split split = splits_[node];
+      const std::uint32_t middle = begin + left_buckets(end - begin);
+      const auto axis = static_cast<int>(split.axis);
+      const float q = x[axis], before = gap[axis];
+      const float to_left = q > split.low ? q - split.low : before;
+      const float to_right = q < split.high ? split.high - q : before;
+      const std::uint32_t left = node + 1, right = node + (middle - begin);
+      const bool left_first = to_left <= to_right;
+      gap[axis] = left_first ? to_right : to_left;
+      const float far2 = length2(gap);
+      stack[depth] = {gap, far2, left_first ? right : left, left_first ? middle : begin,
+                      left_first ? end : middle};
+      depth += far2 <= nearest.bound_;
+      gap[axis] = left_first ? to_left : to_right;
+      node = left_first ? left : right;
+      begin = left_first ? begin : middle;
+      end = left_first ? middle : end;
     }
-    if (at.distance2 > nearest.bound_) continue;
+    if (length2(gap) > nearest.bound_) continue;
 
     // Four photons at a time: their positions are transposed from the first 16 bytes of each.
-    const std::uint32_t first = at.begin * kBucket;
+    const std::uint32_t first = begin * kBucket;
     const auto size = static_cast<std::uint32_t>(photons_.size());
     const std::uint32_t last = std::min(first + kBucket, size);
+    const float bound = nearest.bound_;
+    const Four bound4{bound, bound, bound, bound};
     std::uint32_t i = first;
     for (; i + 4 <= last; i += 4) {
       const auto load = [&](std::uint32_t j) {
@@ -182,10 +179,11 @@ void KdTree::nearest(const Vec3f& x, Nearest& nearest, std::uint32_t first_index
       const Four dy = __builtin_shufflevector(xy01, xy23, 2, 3, 6, 7) - y4;
       const Four dz = __builtin_shufflevector(z01, z23, 0, 1, 4, 5) - z4;
       const Four distances = (dx * dx + dy * dy) + dz * dz;
+      if (none(distances <= bound4)) continue;
       for (int lane = 0; lane < 4; ++lane) {
         nearest.distance2_[nearest.count_] = distances[lane];
         nearest.index_[nearest.count_] = first_index + i + static_cast<std::uint32_t>(lane);
-        nearest.count_ += distances[lane] <= nearest.bound_;
+        nearest.count_ += distances[lane] <= bound;
       }
     }
     for (; i < last; ++i) {
@@ -194,7 +192,11 @@ void KdTree::nearest(const Vec3f& x, Nearest& nearest, std::uint32_t first_index
       nearest.index_[nearest.count_] = first_index + i;
       nearest.count_ += d2 <= nearest.bound_;
     }
-    if (nearest.count_ > nearest.full_) nearest.reduce();
+    if (nearest.count_ > nearest.full_) {
+      const int most = nearest.k_ + nearest.k_ / 8;
+      nearest.reduce(most);
+      if (nearest.count_ > most) nearest.finish();  // many at the same distance
+    }
   }
   nearest.finish();
 }

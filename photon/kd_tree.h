@@ -37,7 +37,10 @@ class Nearest {
   static constexpr int kBucket = 16;
   static constexpr int kCapacity = 2 * kMax + 4 * kBucket;
 
-  void reduce() noexcept;  ///< keeps the k nearest and tightens the bound
+  int count_within(float distance2) const noexcept;
+  /// Keeps the k nearest, up to `most` and equally far ones, and tightens the bound.
+  void reduce(int most) noexcept;
+  int farthest() const noexcept;
   void finish() noexcept;
 
   int k_;
@@ -75,7 +78,11 @@ class KdTree {
     std::uint32_t axis;
   };
 
-  void build(std::uint32_t node, std::uint32_t begin, std::uint32_t end);
+  /// Buckets of the left child of a node of `count` buckets.
+  static constexpr std::uint32_t left_buckets(std::uint32_t count) noexcept {
+    return count - count / 2;
+  }
+  struct Builder;
 
   std::vector<Photon> photons_;
   std::vector<Split> splits_;
