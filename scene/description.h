@@ -3,6 +3,7 @@
 #pragma once
 
 #include "octree/base/math.h"
+#include "octree/puffs.h"
 #include "photon/phase.h"
 #include "photon/spectrum.h"
 
@@ -44,23 +45,6 @@ struct GridDescription {
   double voxel_m = 0;          ///< all shapes
 };
 
-struct PuffSourceDescription {
-  Vec3d position_m{0, 0, 0};
-  double mass_g = 0;
-  double burn_s = 0;
-  double K = 0;
-};
-
-/// A generated smoke cloud with the grids "density" (g/m3) and "temperature" (K).
-struct PuffsDescription {
-  std::vector<PuffSourceDescription> sources;
-  Vec3d wind_m_s{0, 0, 0};
-  double turbulence = 0;
-  double age_s = 0;
-  double voxel_m = 0;
-  std::uint64_t seed = 1;
-};
-
 /// What one grid of a cloud does to light. Media of a cloud overlap and add up.
 struct MediumDescription {
   std::string density = "density";               ///< grid name
@@ -80,7 +64,7 @@ struct TemperatureDescription {
 struct CloudDescription {
   std::string name;
   std::optional<GridDescription> grid;    ///< exactly one of grid and puffs
-  std::optional<PuffsDescription> puffs;
+  std::optional<PuffSettings> puffs;
   std::vector<MediumDescription> media;   ///< one or more
   std::optional<TemperatureDescription> temperature;
   std::optional<Spectrum> source;         ///< see Emitter

@@ -50,20 +50,20 @@ void keys(V& v, GridDescription& g) {
 }
 
 template <class V>
-void keys(V& v, PuffSourceDescription& s) {
+void keys(V& v, PuffSource& s) {
   v.required("position_m", s.position_m, any(), "where it burns");
   v.required("mass_g", s.mass_g, at_least(0), "smoke that it gives in all");
-  v.required("burn_s", s.burn_s, above(0), "how long it burns");
-  v.required("K", s.K, at_least(0), "temperature of the fresh smoke");
+  v.optional("burn_s", s.burn_s, at_least(0), "how long it burns; 0: all at once");
+  v.optional("K", s.K, above_to(0, 5000), "temperature of the fresh smoke");
 }
 
 template <class V>
-void keys(V& v, PuffsDescription& p) {
+void keys(V& v, PuffSettings& p) {
   v.required("sources", p.sources, items(1), "pyrotechnic sources");
   v.optional("wind_m_s", p.wind_m_s, any(), "wind");
-  v.optional("turbulence", p.turbulence, at_least(0), "strength of the noise that breaks the puffs up");
-  v.required("age_s", p.age_s, at_least(0), "time since the sources were lit");
-  v.required("voxel_m", p.voxel_m, above(0), "edge of a voxel");
+  v.optional("turbulence", p.turbulence, between(0, 1), "how much the puffs are broken up");
+  v.optional("age_s", p.age_s, between(0, 3600), "time since the sources were lit");
+  v.optional("voxel_m", p.voxel_m, above(0), "edge of a voxel");
   v.optional("seed", p.seed, at_least(0), "seed of the noise");
 }
 

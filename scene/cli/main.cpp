@@ -1,7 +1,4 @@
 // The program's entry.
-#include <cstdio>
+#include "commands.h"
 
-int main() {
-  std::puts("obscura " OBSCURA_VERSION);
-  return 0;
-}
+int main(int argc, char** argv) { return obscura::cli::run_program(argc, argv); }
