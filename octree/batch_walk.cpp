@@ -1,27 +1,567 @@
+// The batched walk. A lane carries one ray through one block after the other: the top table and the record's
+// header are gathered when it enters a block, then it steps from leaf to leaf by a DDA of its own whose times
+// count from the entry, so that floats stay small. Lanes that left their block wait until enough of them do.
 #include "octree/batch_walk.h"
 
 #include <cassert>
 
+#include "octree/batch_lane.h"
+
+// Sizeless vectors cannot be members; NEON serves such machines too.
+#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "octree/batch_walk.cpp"
+#include "hwy/foreach_target.h"
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace obscura::detail::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using DF = hn::CappedTag<float, 16>;
+using DI = hn::RebindToSigned<DF>;
+using DU = hn::RebindToUnsigned<DF>;
+using VF = hn::Vec<DF>;
+using VI = hn::Vec<DI>;
+using VU = hn::Vec<DU>;
+using MF = hn::Mask<DF>;
+constexpr std::size_t kMaxLanes = 16;
+
+HWY_INLINE VI as_int(VU v) { return hn::BitCast(DI(), v); }
+HWY_INLINE VU as_bits(VI v) { return hn::BitCast(DU(), v); }
+HWY_INLINE MF float_mask(hn::Mask<DI> m) { return hn::RebindMask(DF(), m); }
+HWY_INLINE hn::Mask<DI> int_mask(MF m) { return hn::RebindMask(DI(), m); }
+
+// What a lane needs only where it enters and leaves a block.
+struct Lanes {
+  alignas(64) std::int32_t voxel[3][kMaxLanes];
+  alignas(64) std::int32_t limit[3][kMaxLanes];
+  alignas(64) std::int32_t mirror[3][kMaxLanes];
+  alignas(64) std::int32_t block_end[3][kMaxLanes];
+  alignas(64) float fraction[3][kMaxLanes];
+  alignas(64) float direction[3][kMaxLanes];
+  alignas(64) float inverse[3][kMaxLanes];
+  alignas(64) float exit[3][kMaxLanes];        // time from the entry to the block's planes
+  // Sums as unevaluated pairs of floats (Knuth's two-sum): length so far and depth so far.
+  alignas(64) float length_left[2][kMaxLanes];
+  alignas(64) float length_done[2][kMaxLanes];
+  alignas(64) float depth[2][kMaxLanes];
+  alignas(64) float target[kMaxLanes];         // depth left in this block, flights only
+  alignas(64) std::int32_t collided[kMaxLanes];
+  double t_enter[kMaxLanes], t_leave[kMaxLanes], per_t[kMaxLanes], target_depth[kMaxLanes];
+  std::size_t number[kMaxLanes];               // of the ray
+  bool cut[kMaxLanes];
+};
+
+// (high, low) += value, exactly but for the last rounding of low.
+HWY_INLINE void add(DF d, float* high, float* low, VF value) {
+  const VF a = hn::Load(d, high);
+  const VF sum = hn::Add(a, value);
+  const VF b = hn::Sub(sum, a);
+  const VF error = hn::Add(hn::Sub(a, hn::Sub(sum, b)), hn::Sub(value, b));
+  hn::Store(sum, d, high);
+  hn::Store(hn::Add(hn::Load(d, low), error), d, low);
+}
+
+// kFloats: the tree is lossless, values are floats; else they are packed.
+template <bool kFloats, bool kFlights, int kChannels>
+class Kernel {
+ public:
+  explicit Kernel(const BatchJob& job)
+      : job_(job), tree_(*job.tree), table_(reinterpret_cast<const std::int32_t*>(tree_.table.data())),
+        records_(reinterpret_cast<const float*>(tree_.records())) {}
+
+  void run() {
+    const DF d;
+    const std::size_t lanes = hn::Lanes(d);
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+      alive_bits_ |= std::uint32_t{1} << lane;
+      if (!refill(lane)) kill(lane);
+    }
+    if (!alive_bits_) return;
+    // No lane has a block yet: all wait.
+    t_ = end_ = limit_ = acc_ = hn::Zero(d);
+    for (int a = 0; a < 3; ++a) next_[a] = delta_[a] = hn::Set(d, kParallel);
+    for (int a = 0; a < 3; ++a) stride_x_[a] = hn::Zero(DI());
+    index_ = hn::Zero(DI());
+    for (int c = 0; c < kChannels; ++c) {
+      base_[c] = bits_[c] = mask_[c] = hn::Zero(DI());
+      offset_[c] = scale_[c] = hn::Zero(d);
+    }
+    enter_blocks(alive_bits_);
+
+    while (alive_bits_) {
+      const std::uint32_t waiting = waiting_bits() & alive_bits_;
+      if (hwy::PopCount(waiting) >= kPatience || waiting == alive_bits_) {
+        leave_blocks(waiting);
+      } else {
+        for (int k = 0; k < kSteps; ++k) step();
+      }
+    }
+  }
+
+ private:
+  // Lanes that wait before blocks are changed, and steps between the looks.
+  static constexpr std::size_t kPatience = HWY_MAX(1, hn::MaxLanes(DF()) / 4);
+  static constexpr int kSteps = 3;
+
+  std::uint32_t waiting_bits() const {
+    std::uint8_t bits[8] = {0};
+    hn::StoreMaskBits(DF(), hn::Ge(t_, limit_), bits);
+    return bits[0] | static_cast<std::uint32_t>(bits[1]) << 8;
+  }
+
+  // The weighted value of each lane's leaf.
+  HWY_INLINE VF leaf_value() const {
+    const DF d;
+    const DI di;
+    VF value = hn::Zero(d);
+    for (int c = 0; c < kChannels; ++c) {
+      VF one;
+      if (kFloats) {
+        const VI at = kChannels == 1 ? hn::Add(base_[c], index_) : hn::Add(base_[c], hn::And(index_, mask_[c]));
+        one = hn::Mul(hn::GatherIndex(d, records_, at), scale_[c]);
+      } else {
+        const VI bit = kChannels == 1 ? index_ : hn::Mul(index_, bits_[c]);
+        const VI at = hn::Add(base_[c], hn::ShiftRight<3>(bit));
+        const VI word = hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(records_), at);
+        const VI shift = hn::And(bit, hn::Set(di, 7));
+        const VI q = hn::And(as_int(hn::Shr(as_bits(word), as_bits(shift))), mask_[c]);
+        one = hn::MulAdd(scale_[c], hn::ConvertTo(d, q), offset_[c]);
+      }
+      value = c == 0 ? one : hn::Add(value, one);
+    }
+    return value;
+  }
+
+  // Every lane goes on to the next leaf of its block; lanes at the block's end stay.
+  HWY_INLINE void step() {
+    const DF d;
+    const VF nearest = hn::Min(hn::Min(next_[0], next_[1]), next_[2]);
+    const MF at_end = hn::Ge(nearest, limit_);
+    const VF to = hn::IfThenElse(at_end, end_, nearest);
+    const VF value = leaf_value();
+    const VF depth = hn::MulAdd(value, hn::Sub(to, t_), acc_);
+    if (kFlights) {
+      const VF target = hn::Load(d, lanes_.target);
+      const MF hit = hn::And(hn::Ge(depth, target), hn::Lt(t_, limit_));
+      if (HWY_UNLIKELY(!hn::AllFalse(d, hit))) {
+        collide(hit, value, to, target);
+        return;
+      }
+    }
+    acc_ = depth;
+    const VF crossed = hn::IfThenElse(at_end, hn::Set(d, -1.0f), nearest);
+    for (int a = 0; a < 3; ++a) {
+      const MF over = hn::Le(next_[a], crossed);
+      next_[a] = hn::Add(next_[a], hn::IfThenElseZero(over, delta_[a]));
+      index_ = hn::Add(index_, hn::IfThenElseZero(int_mask(over), stride_x_[a]));
+    }
+    t_ = to;
+  }
+
+  // Some lanes reach their target depth in this leaf; the others stay for the next step.
+  HWY_NOINLINE void collide(MF hit, VF value, VF to, VF target) {
+    const DF d;
+    const VF width = hn::Sub(to, t_);
+    const VF inside = hn::Div(hn::Sub(target, acc_), hn::IfThenElse(hit, value, hn::Set(d, 1.0f)));
+    // Not so near to a plane that rounding puts it into the next leaf.
+    const VF margin = hn::Mul(width, hn::Set(d, 2e-5f));
+    const VF where = hn::Add(t_, hn::Min(hn::Max(inside, margin), hn::Sub(width, margin)));
+    end_at(hit, where);
+    acc_ = hn::IfThenElse(hit, target, acc_);
+    const DI di;
+    hn::Store(hn::IfThenElse(int_mask(hit), hn::Set(di, 1), hn::Load(di, lanes_.collided)), di, lanes_.collided);
+  }
+
+  // These lanes' blocks end here.
+  HWY_INLINE void end_at(MF which, VF where) {
+    t_ = hn::IfThenElse(which, where, t_);
+    end_ = hn::IfThenElse(which, where, end_);
+    limit_ = hn::IfThenElse(which, where, limit_);
+    for (int a = 0; a < 3; ++a) next_[a] = hn::IfThenElse(which, hn::Set(DF(), kParallel), next_[a]);
+  }
+
+  MF mask_of(std::uint32_t bits) const {
+    const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(bits), static_cast<std::uint8_t>(bits >> 8)};
+    return hn::LoadMaskBits(DF(), bytes);
+  }
+
+  // Lanes at the end of their blocks: add up, move on, take new rays where the old ones end, enter the next blocks.
+  HWY_NOINLINE void leave_blocks(std::uint32_t bits) {
+    const DF d;
+    const DI di;
+    const MF which = mask_of(bits);
+    add(d, lanes_.depth[0], lanes_.depth[1], hn::IfThenElseZero(which, acc_));
+    const VF width = hn::IfThenElseZero(which, end_);
+    add(d, lanes_.length_done[0], lanes_.length_done[1], width);
+    add(d, lanes_.length_left[0], lanes_.length_left[1], hn::Neg(width));
+    const VF left = hn::Add(hn::Load(d, lanes_.length_left[0]), hn::Load(d, lanes_.length_left[1]));
+    MF done = hn::Le(left, hn::Zero(d));
+    if (kFlights) done = hn::Or(done, float_mask(hn::Ne(hn::Load(di, lanes_.collided), hn::Zero(di))));
+
+    // Across the planes that were reached; elsewhere the voxel follows from the way gone.
+    for (int a = 0; a < 3; ++a) {
+      const VF fraction = hn::Load(d, lanes_.fraction[a]);
+      const VI voxel = hn::Load(di, lanes_.voxel[a]), block_end = hn::Load(di, lanes_.block_end[a]);
+      const VF way = hn::MulAdd(hn::Load(d, lanes_.direction[a]), width, fraction);
+      const VI whole = hn::ConvertTo(di, way);
+      VI next_voxel = hn::Add(voxel, whole);
+      VF next_fraction = hn::Sub(way, hn::ConvertTo(d, whole));
+      const hn::Mask<DI> beyond = hn::Not(hn::Lt(next_voxel, block_end));
+      next_voxel = hn::IfThenElse(beyond, hn::Sub(block_end, hn::Set(di, 1)), next_voxel);
+      next_fraction = hn::IfThenElse(float_mask(beyond), hn::Set(d, kBelowOne), next_fraction);
+      const MF through = hn::Le(hn::Load(d, lanes_.exit[a]), width);
+      next_voxel = hn::IfThenElse(int_mask(through), block_end, next_voxel);
+      next_fraction = hn::IfThenElseZero(hn::Not(through), next_fraction);
+      next_voxel = hn::IfThenElse(int_mask(which), next_voxel, voxel);
+      hn::Store(next_voxel, di, lanes_.voxel[a]);
+      hn::Store(hn::IfThenElse(which, next_fraction, fraction), d, lanes_.fraction[a]);
+      done = hn::Or(done, float_mask(hn::Not(hn::Lt(next_voxel, hn::Load(di, lanes_.limit[a])))));
+    }
+
+    std::uint8_t bytes[8] = {0};
+    hn::StoreMaskBits(d, done, bytes);
+    std::uint32_t finished = (bytes[0] | static_cast<std::uint32_t>(bytes[1]) << 8) & bits;
+    while (finished) {
+      const std::size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero32(finished);
+      finished &= finished - 1;
+      finish(lane);
+      if (!refill(lane)) {
+        kill(lane);
+        bits &= ~(std::uint32_t{1} << lane);
+      }
+    }
+    if (bits) enter_blocks(bits);
+  }
+
+  // Looks up the blocks in which these lanes are.
+  HWY_INLINE void enter_blocks(std::uint32_t which_bits) {
+    const DF d;
+    const DI di;
+    const MF which = mask_of(which_bits);
+    const VI one = hn::Set(di, 1);
+
+    VI voxel[3], mirror[3];
+    const std::int32_t strides[3] = {1, tree_.size.x, tree_.size.x * tree_.size.y};
+    VI at = hn::Zero(di);
+    const VI whole = hn::Set(di, (1 << (tree_.top_level - 3)) - 1);
+    for (int a = 0; a < 3; ++a) {
+      voxel[a] = hn::Load(di, lanes_.voxel[a]);
+      mirror[a] = hn::Load(di, lanes_.mirror[a]);
+      const VI brick = hn::And(hn::Xor(hn::ShiftRight<3>(voxel[a]), mirror[a]), whole);
+      at = a == 0 ? brick : hn::Add(at, hn::Mul(brick, hn::Set(di, strides[a])));
+    }
+    at = hn::IfThenElseZero(int_mask(which), at);
+    const VI word = hn::GatherIndex(di, table_, at);
+    const hn::Mask<DI> empty = hn::Lt(word, hn::Zero(di));
+
+    // Record 0 stands for an empty leaf's, which has none.
+    const VI record = hn::IfThenZeroElse(empty, hn::ShiftLeft<2>(word));
+    VI leaf_level = hn::Zero(di);
+    VF uniform_value = hn::Zero(d);
+    VI bits_of[kChannels];
+    for (int c = 0; c < kChannels; ++c) {
+      const VI header = hn::Add(record, hn::Set(di, 4 * job_.channels[static_cast<std::size_t>(c)]));
+      const VF offset = hn::GatherIndex(d, records_, header);
+      const VI meta = hn::GatherIndex(di, reinterpret_cast<const std::int32_t*>(records_) + 3, header);
+      const VF weight = hn::Set(d, static_cast<float>(job_.weights[static_cast<std::size_t>(c)]));
+      const VI data = hn::Add(record, as_int(hn::ShiftRight<11>(as_bits(meta))));
+      const VI bits = hn::And(meta, hn::Set(di, 63));
+      bits_of[c] = bits;
+      if (c == 0) leaf_level = hn::And(as_int(hn::ShiftRight<6>(as_bits(meta))), hn::Set(di, 31));
+      const VF weighted = hn::Mul(offset, weight);
+      uniform_value = hn::Add(uniform_value, weighted);
+      const hn::Mask<DI> w = int_mask(which);
+      if (kFloats) {
+        base_[c] = hn::IfThenElse(w, data, base_[c]);
+        scale_[c] = weight;
+        if (kChannels > 1) mask_[c] = hn::IfThenElse(w, hn::VecFromMask(di, hn::Ne(bits, hn::Zero(di))), mask_[c]);
+      } else {
+        const VF scale = hn::Mul(hn::GatherIndex(d, records_ + 1, header), weight);
+        base_[c] = hn::IfThenElse(w, hn::ShiftLeft<2>(data), base_[c]);
+        bits_[c] = hn::IfThenElse(w, bits, bits_[c]);
+        mask_[c] = hn::IfThenElse(w, hn::Sub(hn::Shl(one, bits), one), mask_[c]);
+        offset_[c] = hn::IfThenElse(which, weighted, offset_[c]);
+        scale_[c] = hn::IfThenElse(which, scale, scale_[c]);
+      }
+    }
+    leaf_level = hn::IfThenElse(empty, hn::And(word, hn::Set(di, 31)), leaf_level);
+    uniform_value = hn::IfThenElseZero(hn::Not(float_mask(empty)), uniform_value);
+    const VI block_level = hn::Max(leaf_level, hn::Set(di, 3));
+
+    // Times from here to the block's planes and to the leaf's; the leaf's number.
+    const VI block_size = hn::Shl(one, block_level), leaf_size = hn::Shl(one, leaf_level);
+    const VF leaf_width = hn::ConvertTo(d, leaf_size);
+    VF block_time = hn::Set(d, kParallel);
+    VF next[3];
+    VI leaf[3];
+    for (int a = 0; a < 3; ++a) {
+      const VF fraction = hn::Load(d, lanes_.fraction[a]), inverse = hn::Load(d, lanes_.inverse[a]);
+      const VI in_block = hn::And(voxel[a], hn::Sub(block_size, one));
+      const VI to_end = hn::Sub(block_size, in_block);
+      const VF exit = hn::Mul(hn::Sub(hn::ConvertTo(d, to_end), fraction), inverse);
+      hn::Store(hn::IfThenElse(which, exit, hn::Load(d, lanes_.exit[a])), d, lanes_.exit[a]);
+      hn::Store(hn::IfThenElse(int_mask(which), hn::Add(voxel[a], to_end), hn::Load(di, lanes_.block_end[a])), di,
+                lanes_.block_end[a]);
+      block_time = hn::Min(block_time, exit);
+      const VI in_leaf = hn::And(in_block, hn::Sub(leaf_size, one));
+      next[a] = hn::Mul(hn::Sub(hn::ConvertTo(d, hn::Sub(leaf_size, in_leaf)), fraction), inverse);
+      delta_[a] = hn::IfThenElse(which, hn::Mul(leaf_width, inverse), delta_[a]);
+      leaf[a] = as_int(hn::Shr(as_bits(in_block), as_bits(leaf_level)));
+    }
+    const VF left = hn::Add(hn::Load(d, lanes_.length_left[0]), hn::Load(d, lanes_.length_left[1]));
+    block_time = hn::Min(block_time, left);
+
+    // Leaves of a brick are numbered x fastest; a mirrored axis counts down.
+    const hn::Mask<DI> in_brick = hn::Lt(leaf_level, hn::Set(di, 3));
+    const VI side_bits = hn::Sub(hn::Set(di, 3), hn::Min(leaf_level, hn::Set(di, 3)));
+    const VI side_mask = hn::Sub(hn::Shl(one, side_bits), one);
+    VI number = hn::Zero(di), stride = one;
+    if (kChannels == 1) stride = kFloats ? hn::IfThenElseZero(hn::Ne(bits_of[0], hn::Zero(di)), one) : bits_of[0];
+    const VI unit = stride;
+    for (int a = 0; a < 3; ++a) {
+      const VI coordinate = hn::And(hn::Xor(leaf[a], mirror[a]), side_mask);
+      number = hn::Add(number, hn::Shl(coordinate, a == 0 ? hn::Zero(di) : a == 1 ? side_bits : hn::Add(side_bits, side_bits)));
+      const VI signed_stride = hn::Sub(hn::Xor(stride, mirror[a]), mirror[a]);
+      stride_x_[a] = hn::IfThenElse(int_mask(which), signed_stride, stride_x_[a]);
+      stride = hn::Shl(stride, side_bits);
+    }
+    if (kChannels == 1) number = hn::Mul(number, unit);
+    number = hn::IfThenElseZero(in_brick, number);
+    index_ = hn::IfThenElse(int_mask(which), number, index_);
+
+    // A uniform or empty leaf is crossed at once.
+    const MF stepping = float_mask(in_brick);
+    VF acc = hn::IfThenElseZero(hn::Not(stepping), hn::Mul(uniform_value, block_time));
+    if (kFlights) {
+      const VF target = hn::IfThenElse(which, targets(which_bits), hn::Load(d, lanes_.target));
+      hn::Store(target, d, lanes_.target);
+      const MF hit = hn::And(hn::And(which, hn::Not(stepping)), hn::And(hn::Ge(acc, target), hn::Gt(uniform_value, hn::Zero(d))));
+      if (!hn::AllFalse(d, hit)) {
+        const VF inside = hn::Div(target, hn::IfThenElse(hit, uniform_value, hn::Set(d, 1.0f)));
+        const VF margin = hn::Mul(block_time, hn::Set(d, 2e-5f));
+        block_time = hn::IfThenElse(hit, hn::Min(hn::Max(inside, margin), hn::Sub(block_time, margin)), block_time);
+        acc = hn::IfThenElse(hit, target, acc);
+        hn::Store(hn::IfThenElse(int_mask(hit), one, hn::Load(di, lanes_.collided)), di, lanes_.collided);
+      }
+    }
+    acc_ = hn::IfThenElse(which, acc, acc_);
+    end_ = hn::IfThenElse(which, block_time, end_);
+    // Times of planes are sums of rounded ones: so near to its end a block is at its end.
+    limit_ = hn::IfThenElse(which, hn::Mul(block_time, hn::Set(d, 1.0f - 3e-6f)), limit_);
+    t_ = hn::IfThenElse(which, hn::IfThenElseZero(hn::Not(stepping), block_time), t_);
+    for (int a = 0; a < 3; ++a) {
+      next_[a] = hn::IfThenElse(which, hn::IfThenElse(stepping, next[a], hn::Set(d, kParallel)), next_[a]);
+    }
+  }
+
+  // Depth that is left to these flights, in the lanes' precision.
+  VF targets(std::uint32_t bits) {
+    alignas(64) float left[kMaxLanes];
+    for (std::size_t lane = 0; lane < kMaxLanes; ++lane) {
+      left[lane] = 0;
+      if (!(bits >> lane & 1u)) continue;
+      const double depth = static_cast<double>(lanes_.depth[0][lane]) + static_cast<double>(lanes_.depth[1][lane]);
+      left[lane] = static_cast<float>(lanes_.target_depth[lane] - depth);
+    }
+    return hn::Load(DF(), left);
+  }
+
+  void finish(std::size_t lane) {
+    const double depth = static_cast<double>(lanes_.depth[0][lane]) + static_cast<double>(lanes_.depth[1][lane]);
+    const std::size_t i = lanes_.number[lane];
+    if (!kFlights) {
+      job_.depths[i] = depth / lanes_.per_t[lane];
+      return;
+    }
+    FreePath& end = job_.ends[i];
+    end.collided = lanes_.collided[lane] != 0;
+    const double length = static_cast<double>(lanes_.length_done[0][lane]) + static_cast<double>(lanes_.length_done[1][lane]);
+    end.t = end.collided ? lanes_.t_enter[lane] + length / lanes_.per_t[lane] : lanes_.t_leave[lane];
+    end.depth = end.collided ? job_.flights[i].target_depth : depth / lanes_.per_t[lane];
+  }
+
+  // The next ray that meets the domain; false when there is none.
+  bool refill(std::size_t lane) {
+    LaneRay ray;
+    while (next_ray_ < job_.count) {
+      const std::size_t i = next_ray_++;
+      if (prepare_lane(tree_, job_.ray(i), ray) != Prepared::lane) {
+        if (kFlights) {
+          job_.ends[i] = free_path(*job_.octree, job_.ray(i), job_.all_weights, job_.flights[i].target_depth);
+        } else {
+          job_.depths[i] = optical_depth(*job_.octree, job_.ray(i), job_.all_weights);
+        }
+        continue;
+      }
+      for (int a = 0; a < 3; ++a) {
+        lanes_.voxel[a][lane] = ray.voxel[a];
+        lanes_.limit[a][lane] = ray.limit[a];
+        lanes_.mirror[a][lane] = ray.mirror[a];
+        lanes_.block_end[a][lane] = 0;
+        lanes_.fraction[a][lane] = ray.fraction[a];
+        lanes_.direction[a][lane] = ray.direction[a];
+        lanes_.inverse[a][lane] = ray.inverse[a];
+        lanes_.exit[a][lane] = kParallel;
+      }
+      // A ray that leaves the domain is ended by its faces, not by its length.
+      const float length = ray.cut ? static_cast<float>(ray.length) : kParallel;
+      lanes_.length_left[0][lane] = length;
+      lanes_.length_left[1][lane] = ray.cut ? static_cast<float>(ray.length - static_cast<double>(length)) : 0.0f;
+      for (int k = 0; k < 2; ++k) lanes_.length_done[k][lane] = lanes_.depth[k][lane] = 0;
+      lanes_.target[lane] = 0;
+      lanes_.collided[lane] = 0;
+      lanes_.t_enter[lane] = ray.t_enter;
+      lanes_.t_leave[lane] = ray.t_enter + ray.length / ray.per_t;
+      lanes_.per_t[lane] = ray.per_t;
+      lanes_.number[lane] = i;
+      if (kFlights) lanes_.target_depth[lane] = job_.flights[i].target_depth * ray.per_t;
+      return true;
+    }
+    return false;
+  }
+
+  // A lane without a ray stays at a voxel that exists and is at its end for ever.
+  void kill(std::size_t lane) {
+    alive_bits_ &= ~(std::uint32_t{1} << lane);
+    for (int a = 0; a < 3; ++a) {
+      lanes_.voxel[a][lane] = lanes_.mirror[a][lane] = lanes_.block_end[a][lane] = 0;
+      lanes_.limit[a][lane] = 1;
+      lanes_.fraction[a][lane] = 0;
+      lanes_.direction[a][lane] = 0;
+      lanes_.inverse[a][lane] = lanes_.exit[a][lane] = kParallel;
+    }
+    for (int k = 0; k < 2; ++k) {
+      lanes_.length_left[k][lane] = lanes_.length_done[k][lane] = lanes_.depth[k][lane] = 0;
+    }
+    lanes_.target[lane] = kParallel;
+    lanes_.collided[lane] = 0;
+  }
+
+  const BatchJob& job_;
+  const TreeData& tree_;
+  const std::int32_t* table_;
+  const float* records_;
+  Lanes lanes_;
+  std::size_t next_ray_ = 0;
+  std::uint32_t alive_bits_ = 0;
+
+  VF t_, end_, limit_, acc_;
+  VF next_[3], delta_[3];
+  VI stride_x_[3], index_;
+  VI base_[kChannels], bits_[kChannels], mask_[kChannels];
+  VF offset_[kChannels], scale_[kChannels];
+};
+
+template <bool kFloats, bool kFlights>
+void run_channels(const BatchJob& job) {
+  if (job.channel_count == 1) {
+    Kernel<kFloats, kFlights, 1>(job).run();
+  } else {
+    Kernel<kFloats, kFlights, 2>(job).run();
+  }
+}
+
+void run_batch(const BatchJob& job) {
+  if (job.tree->lossless) {
+    job.flights ? run_channels<true, true>(job) : run_channels<true, false>(job);
+  } else {
+    job.flights ? run_channels<false, true>(job) : run_channels<false, false>(job);
+  }
+}
+
+std::int64_t this_target() { return HWY_TARGET; }
+
+}  // namespace obscura::detail::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+
+#include <cmath>
+
 namespace obscura {
+namespace detail {
+namespace {
+
+HWY_EXPORT(run_batch);
+HWY_EXPORT(this_target);
+
+// Larger trees than 32-bit offsets reach, and larger domains than floats step over, are walked in double.
+constexpr std::size_t kMaxPackedBytes = std::size_t{1} << 31, kMaxFloatBytes = std::size_t{1} << 33;
+constexpr int kMaxBatchLevel = 12;
+
+// False where the scalar walk has to serve.
+bool make_job(const Octree& tree, std::span<const double> weights, BatchJob& job) noexcept {
+  const TreeData& data = tree.data();
+  assert(weights.size() == data.channels.size());
+  job.octree = &tree;
+  job.tree = &data;
+  job.all_weights = weights;
+  for (std::size_t c = 0; c < weights.size(); ++c) {
+    assert(weights[c] >= 0 && std::isfinite(weights[c]));
+    if (weights[c] == 0) continue;
+    if (job.channel_count == kMaxBatchChannels) return false;
+    job.channels[static_cast<std::size_t>(job.channel_count)] = static_cast<int>(c);
+    job.weights[static_cast<std::size_t>(job.channel_count++)] = weights[c];
+  }
+  return job.channel_count > 0 && data.record_bytes > 0 && data.top_level <= kMaxBatchLevel &&
+         data.record_bytes < (data.lossless ? kMaxFloatBytes : kMaxPackedBytes);
+}
+
+}  // namespace
+}  // namespace detail
 
 void optical_depths(const Octree& tree, std::span<const Ray> index_rays, std::span<const double> weights,
                     std::span<double> depths) noexcept {
   assert(index_rays.size() == depths.size());
-  for (std::size_t i = 0; i < index_rays.size(); ++i) depths[i] = optical_depth(tree, index_rays[i], weights);
+  detail::BatchJob job;
+  if (!detail::make_job(tree, weights, job)) {
+    for (std::size_t i = 0; i < index_rays.size(); ++i) depths[i] = optical_depth(tree, index_rays[i], weights);
+    return;
+  }
+  job.count = index_rays.size();
+  job.rays = index_rays.data();
+  job.depths = depths.data();
+  HWY_DYNAMIC_DISPATCH(detail::run_batch)(job);
 }
 
 void free_paths(const Octree& tree, std::span<const Flight> flights, std::span<const double> weights,
                 std::span<FreePath> ends) noexcept {
   assert(flights.size() == ends.size());
-  for (std::size_t i = 0; i < flights.size(); ++i) {
-    ends[i] = free_path(tree, flights[i].ray, weights, flights[i].target_depth);
+  detail::BatchJob job;
+  if (!detail::make_job(tree, weights, job)) {
+    for (std::size_t i = 0; i < flights.size(); ++i) {
+      ends[i] = free_path(tree, flights[i].ray, weights, flights[i].target_depth);
+    }
+    return;
   }
+  job.count = flights.size();
+  job.flights = flights.data();
+  job.ends = ends.data();
+  HWY_DYNAMIC_DISPATCH(detail::run_batch)(job);
 }
 
-std::string_view batch_target() { return "scalar"; }
+std::string_view batch_target() { return hwy::TargetName(HWY_DYNAMIC_DISPATCH(detail::this_target)()); }
 
-std::vector<std::string_view> batch_targets() { return {"scalar"}; }
+std::vector<std::string_view> batch_targets() {
+  std::vector<std::string_view> names;
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) names.push_back(hwy::TargetName(target));
+  return names;
+}
 
-bool force_batch_target(std::string_view name) { return name.empty() || name == "scalar"; }
+bool force_batch_target(std::string_view name) {
+  hwy::SetSupportedTargetsForTest(0);
+  bool found = name.empty();
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    if (name != hwy::TargetName(target)) continue;
+    hwy::SetSupportedTargetsForTest(target);
+    found = true;
+  }
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  return found;
+}
 
 }  // namespace obscura
+
+#endif  // HWY_ONCE

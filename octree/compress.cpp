@@ -277,6 +277,7 @@ Compressed compress(const Analysis& analysis, const Compression& how) {
   tree.domain = from.domain;
   tree.origin = from.origin;
   tree.size = from.size;
+  tree.lossless = false;
   tree.table.assign(from.table.size(), Word::empty(3));
   RecordStore store;
   std::size_t bytes = 0;

@@ -49,7 +49,7 @@ inline constexpr float kFloatMax = std::numeric_limits<float>::max();
 /// Records start at multiples of this many bytes; a word counts in these.
 inline constexpr std::size_t kRecordUnit = 16;
 /// Bytes that may be read before the first and after the last record's values.
-inline constexpr std::size_t kRecordPadding = 64;
+inline constexpr std::size_t kRecordPadding = 512;
 
 /// One channel of a record. A record is channel_count headers and then each channel's packed values.
 /// bits 0: uniform, the value is `offset`; 1..24: value = offset + scale * q, q of so many bits, and offset
@@ -152,6 +152,7 @@ struct TreeData {
   std::vector<PyramidLevel> pyramid;  ///< level 4, 5, ... top_level
   std::unique_ptr<std::byte[], FreeDeleter> memory;  ///< kRecordPadding bytes, the records, kRecordPadding bytes
   std::size_t record_bytes = 0;
+  bool lossless = true;  ///< all values are floats (or uniform); else all are packed
 
   int channel_count() const noexcept { return static_cast<int>(channels.size()); }
   const std::byte* records() const noexcept { return memory.get() + kRecordPadding; }
