@@ -82,28 +82,35 @@ PhotonWeight photon_weight(std::span<const BallMoments> rounds, bool correct) no
 /// @param extinction  double(const Vec3d& y): k at y in 1/m, of the medium whose collisions the map
 ///                    holds; >= 0, 0 outside. It has to repeat where the map does.
 /// @param weight      double(const Vec3d& direction): what light that travels there counts
-/// A map without photons, or with one, has no density: value 0. Where the map has no more than k photons
-/// the farthest of all gives the radius and is not counted.
+/// Where the map has no more than k photons, the farthest of all gives the radius and is not counted: in
+/// a ball that holds the whole cloud the mean is still right. Photons at one place only, or a single one,
+/// have no density: value 0.
 template <class Extinction, class Weight>
 Estimate estimate(const PhotonMap& map, const Vec3d& x, const Extinction& extinction,
                   const Weight& weight, const GatherSettings& settings) noexcept {
   Estimate result;
 
-  // The ball: k neighbours, the last of which gives the radius and is not counted.
+  // The ball: k neighbours, the last of which gives the radius and is not counted. What is as far as
+  // that is not counted either; where it is all there is, the search goes farther.
   const double reach = std::min(settings.max_radius_m, map.reach());
-  Nearest nearest(settings.nearest, static_cast<float>(reach * reach));
+  const float reach2 = static_cast<float>(reach * reach);
   const Vec3f local = map.local(x);
+  Nearest nearest(settings.nearest, reach2);
   map.nearest(local, nearest);
-  const bool cut = nearest.count() < nearest.wanted() && std::isfinite(reach);
+  if (nearest.full() && nearest.all_equal()) {
+    nearest = Nearest(Nearest::kMax, reach2);
+    map.nearest(local, nearest);
+  }
+  const bool cut = !nearest.full() && std::isfinite(reach);
   if (nearest.count() == 0) {
     if (cut) result.radius = reach;
     return result;
   }
-  const float rim = cut ? static_cast<float>(reach * reach) : nearest.distance2(nearest.count() - 1);
+  const float rim = cut ? reach2 : nearest.distance2(nearest.count() - 1);
   const double radius2 = rim;
   const double radius = std::sqrt(radius2);
   result.radius = radius;
-  if (!(radius > 0)) return result;
+  if (!(radius > 0) || (!cut && nearest.all_equal())) return result;
 
   // The denominator: extinction under the kernel, for the ball and for the one of radius / sqrt 2, by
   // rounds of points that are turned independently, until they agree.
@@ -148,7 +155,6 @@ Estimate estimate(const PhotonMap& map, const Vec3d& x, const Extinction& extinc
                    (inner_counts.level - inner_counts.slope.dot(d));
     }
   }
-  if (result.photons == 0) return result;
   if (!(counts.level > 0)) {
     result.batch = {};
     result.anomaly = true;

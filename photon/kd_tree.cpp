@@ -74,6 +74,11 @@ void Nearest::reduce(int most) noexcept {
   count_ = kept;
 }
 
+bool Nearest::all_equal() const noexcept {
+  return std::all_of(distance2_, distance2_ + count_,
+                     [this](float distance2) { return distance2 == distance2_[count_ - 1]; });
+}
+
 int Nearest::farthest() const noexcept {
   int farthest = 0;
   for (int i = 1; i < count_; ++i) {

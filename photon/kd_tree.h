@@ -24,6 +24,9 @@ class Nearest {
 
   int count() const noexcept { return count_; }
   int wanted() const noexcept { return k_; }
+  bool full() const noexcept { return count_ == k_; }
+  /// All are as far as the farthest.
+  bool all_equal() const noexcept;
   /// Squared distance (m2) that a photon must not exceed to be among the nearest.
   float bound() const noexcept { return bound_; }
 
