@@ -54,18 +54,7 @@ std::vector<double> emitted(const Description& scene, const std::vector<Band>& b
 
 /// The cloud's voxels, grids of one lattice together; the temperature is on every density's lattice.
 std::vector<VoxelStream> open_cloud(const CloudDescription& cloud) {
-  if (cloud.puffs) {
-    PuffSettings puffs;
-    for (const PuffSourceDescription& source : cloud.puffs->sources) {
-      puffs.sources.push_back({source.position_m, source.mass_g, source.burn_s, source.K});
-    }
-    puffs.wind_m_s = cloud.puffs->wind_m_s;
-    puffs.turbulence = cloud.puffs->turbulence;
-    puffs.age_s = cloud.puffs->age_s;
-    puffs.voxel_m = cloud.puffs->voxel_m;
-    puffs.seed = cloud.puffs->seed;
-    return {puffs_stream(puffs)};
-  }
+  if (cloud.puffs) return {puffs_stream(*cloud.puffs)};
   const GridDescription& grid = *cloud.grid;
   switch (grid.kind) {
     case GridKind::sphere: return {sphere_stream(grid.radius_m, grid.voxel_m)};
