@@ -55,7 +55,8 @@ void check_bands(Findings& findings, std::vector<BandDescription>& bands) {
                        fmt::format("\"{:.120}\" cannot name a band: it names channels and report entries", band.name),
                        "give a short name without a full stop, other than \"name\"");
     }
-    if (band.grey() && !findings.good(pointer_to(pointer, "um"))) {
+    if (findings.bad(pointer_to(pointer, "um"))) continue;
+    if (band.grey()) {
       if (band.samples != 1) {
         findings.problem(pointer_to(pointer, "samples"), "a grey band has no wavelengths to divide",
                          "give \"um\" or leave \"samples\" out");
@@ -64,7 +65,7 @@ void check_bands(Findings& findings, std::vector<BandDescription>& bands) {
         findings.problem(pointer_to(pointer, "response"), "a grey band has no wavelengths to respond to",
                          "give \"um\" or leave \"response\" out");
       }
-    } else if (band.um && !(band.response.max((*band.um)[0], (*band.um)[1]) > 0)) {
+    } else if (!(band.response.max((*band.um)[0], (*band.um)[1]) > 0)) {
       findings.problem(pointer_to(pointer, "response"), "the response is 0 in the whole band",
                        "give a response that is above 0 somewhere in the band");
     }
@@ -73,10 +74,14 @@ void check_bands(Findings& findings, std::vector<BandDescription>& bands) {
 
 /// Kelvin and wavelengths mean nothing in a grey band.
 void check_grey(Findings& findings, const Description& scene) {
-  const auto grey = std::find_if(scene.bands.begin(), scene.bands.end(), [](const auto& b) { return b.grey(); });
-  const bool all_grey = std::all_of(scene.bands.begin(), scene.bands.end(), [](const auto& b) { return b.grey(); });
-  const std::size_t grey_index = static_cast<std::size_t>(grey - scene.bands.begin());
-  const bool any_grey = grey != scene.bands.end() && !findings.bad(pointer_to(element("bands", grey_index), "um"));
+  const BandDescription* grey = nullptr;
+  bool all_grey = true;
+  for (std::size_t i = 0; i < scene.bands.size(); ++i) {
+    const bool is_grey = scene.bands[i].grey() && !findings.bad(pointer_to(element("bands", i), "um"));
+    if (is_grey && !grey) grey = &scene.bands[i];
+    all_grey = all_grey && is_grey;
+  }
+  const bool any_grey = grey != nullptr;
 
   const auto refuse_kelvin = [&](const std::string& pointer, const char* instead) {
     findings.problem(pointer, fmt::format("a temperature says nothing in the grey band \"{}\"", grey->name),
@@ -104,7 +109,7 @@ void check_grey(Findings& findings, const Description& scene) {
   }
   if (!any_grey) return;
 
-  if (!scene.particles.empty() && all_grey) {
+  if (!scene.particles.empty()) {
     findings.problem("/particles", "particles radiate by their K, which says nothing in a grey band",
                      "give hot spheres with \"radiance\" in \"sources\" instead, or give the band \"um\"");
   }

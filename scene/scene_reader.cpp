@@ -25,7 +25,7 @@ std::string join(const std::vector<std::string>& words) {
 }  // namespace
 
 void Findings::problem(const std::string& pointer, std::string problem, std::string hint) {
-  if (!bad_.insert(pointer).second) return;
+  if (!told_.insert(pointer).second) return;
   problems.push_back({pointer, std::move(problem), std::move(hint)});
 }
 

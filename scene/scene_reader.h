@@ -31,8 +31,10 @@ class Findings {
 
   /// True where a value was given and read without a problem.
   bool good(const std::string& pointer) const { return good_.count(pointer) != 0; }
-  bool bad(const std::string& pointer) const { return bad_.count(pointer) != 0; }
+  /// True where there is a problem with the value, or with a part of it.
+  bool bad(const std::string& pointer) const { return told_.count(pointer) != 0 || bad_.count(pointer) != 0; }
   void mark_good(const std::string& pointer) { good_.insert(pointer); }
+  void mark_bad(const std::string& pointer) { bad_.insert(pointer); }
 
   /// A file named relative to the scene file, as the program can open it.
   std::filesystem::path resolve(const std::string& name) const;
@@ -43,8 +45,8 @@ class Findings {
 
  private:
   std::filesystem::path base_folder_;
-  std::set<std::string> good_;
-  std::set<std::string> bad_;
+  std::set<std::string> good_, bad_;
+  std::set<std::string> told_;  // pointers with a problem
 };
 
 /// A visitor of the keys of one JSON object.
@@ -168,7 +170,11 @@ bool read_value(Findings& findings, const Json& json, const std::string& pointer
 template <class T>
 void ObjectReader::read_member(const char* key, const Json& value, T& member, const Limits& limits) {
   const std::string pointer = pointer_to(pointer_, key);
-  if (read_value(findings_, value, pointer, member, limits)) findings_.mark_good(pointer);
+  if (read_value(findings_, value, pointer, member, limits)) {
+    findings_.mark_good(pointer);
+  } else {
+    findings_.mark_bad(pointer);
+  }
 }
 
 /// Reads a whole scene; what the keys mean together is scene_check.h's.

@@ -94,7 +94,8 @@ std::vector<Problem> output_problems(const std::vector<Output>& outputs, bool fo
       for (const auto& path : inputs) input |= same_file(file, path);
       for (std::size_t j = 0; j < i; ++j) twice |= same_file(file, outputs[j].file);
       if (input) {
-        add(fmt::format("\"{}\" would replace an input", file.string()), "give another name");
+        add(fmt::format("\"{}\" would replace an input", file.string()),
+            "give " + option + " another name");
       } else if (twice) {
         add(fmt::format("\"{}\" is the name of two outputs", file.string()), "give each its own");
       } else if (!force && std::filesystem::exists(file, error)) {

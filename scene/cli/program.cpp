@@ -20,7 +20,7 @@ const char* const kAbout =
 
 const char* const kFooter =
     "Examples:\n"
-    "  obscura render smoke.json -o smoke.exr --preview smoke.png\n"
+    "  obscura render smoke.json -o night.exr --preview night.png\n"
     "  obscura render smoke.json -o quick.exr --photons 1e5 --set /sensor/resolution=[80,60]\n"
     "  obscura info cloud.vdb\n"
     "  obscura convert cloud.nc cloud.vdb --tolerance 0.1%\n"
@@ -43,11 +43,14 @@ std::vector<Problem> unexpected(const CLI::App& command) {
     for (const std::string& name : option->get_lnames()) options.push_back("--" + name);
   }
   std::vector<Problem> problems;
+  bool takes_next = false;  // what follows an unknown option is its value
   for (const std::string& argument : command.remaining()) {
+    const bool value = takes_next && argument[0] != '-';
+    takes_next = argument[0] == '-' && argument.find('=') == std::string::npos;
     if (argument[0] == '-') {
-      problems.push_back({argument.substr(0, argument.find('=')), "there is no such option",
-                          detail::suggest(argument.substr(0, argument.find('=')), options)});
-    } else {
+      const std::string option = argument.substr(0, argument.find('='));
+      problems.push_back({option, "there is no such option", detail::suggest(option, options)});
+    } else if (!value) {
       problems.push_back({argument, "this argument is one too many",
                           "see obscura " + command.get_name() + " --help"});
     }

@@ -2,9 +2,8 @@
 #include "commands.h"
 #include "console.h"
 #include "quantities.h"
-#if __has_include("scene/run.h") && __has_include("sensor/preview.h")
-#define OBSCURA_CAN_RUN
 #include "scene/run.h"
+#if __has_include("sensor/preview.h")
 #include "sensor/preview.h"
 #endif
 #include "scene/scene_io.h"
@@ -96,7 +95,6 @@ int render(const RenderArguments& a, const CLI::App& app) {
   problems.insert(problems.begin(), wrong.begin(), wrong.end());
   if (!problems.empty()) throw InputError(std::move(problems));
 
-#ifdef OBSCURA_CAN_RUN
   catch_interrupts();
   Console console(a.quiet);
   RunOptions options;
@@ -106,11 +104,13 @@ int render(const RenderArguments& a, const CLI::App& app) {
 
   write_image(a.output, result.image);
   write_report(report_file, result.report);
+#if __has_include("sensor/preview.h")
   if (!a.preview.empty()) {
     for (std::size_t band = 0; band < scene->bands.size(); ++band) {
       write_preview_sheet(preview_file(a.preview, *scene, band), result.image, scene->bands[band].name);
     }
   }
+#endif
   print_warnings(result.report.warnings);
   if (!a.quiet) {
     std::string written = a.output + ", " + report_file.string();
@@ -120,7 +120,6 @@ int render(const RenderArguments& a, const CLI::App& app) {
   if (result.failure) {
     throw NumericalError(a.scene, *result.failure, "the image was written; its numbers are not to be trusted");
   }
-#endif
   return kDone;
 }
 
@@ -132,7 +131,7 @@ Command add_render(CLI::App& program) {
   app->add_option("scene", a->scene, "Scene file")->required()->type_name("SCENE");
   app->add_option("-o,--output", a->output, "Image to write: radiance, error, transmission, temperature ...")
       ->required()->type_name("IMAGE.exr");
-  app->add_option("--report", a->report, "Report to write; default: the image's name with .json")->type_name("R.json");
+  app->add_option("--report", a->report, "Report to write; default: the image's name, ending in .json")->type_name("R.json");
   app->add_option("--preview", a->preview, "Picture to look at")->type_name("P.png");
   app->add_flag("-f,--force", a->force, "Replace outputs that exist");
   app->add_flag("--quiet", a->quiet, "No progress; warnings and errors stay");
@@ -158,7 +157,7 @@ Command add_render(CLI::App& program) {
   app->footer(
       "Ctrl-C writes what there is, marked partial.\n\n"
       "Examples:\n"
-      "  obscura render smoke.json -o smoke.exr --preview smoke.png\n"
+      "  obscura render smoke.json -o night.exr --preview night.png\n"
       "  obscura render smoke.json -o quick.exr -f --photons 1e5 --set /sensor/resolution=[80,60]");
   return {app, [a, app] { return render(*a, *app); }};
 }
