@@ -140,7 +140,8 @@ VoxelStream resample(VoxelStream onto, VoxelStream field) {
   const Affine to_field = onto.index_to_local * field.index_to_local.inverse();
   const auto state = std::make_shared<const std::pair<VoxelStream, VoxelStream>>(std::move(onto), std::move(field));
   joined.pour = [state, to_field](VoxelSink& sink) {
-    const auto& [base, source] = *state;
+    const VoxelStream& base = state->first;
+    const VoxelStream& source = state->second;
     const HeldStream held(source);
     const std::size_t first = base.channels.size();
     const std::size_t added = source.channels.size();
