@@ -1,10 +1,10 @@
 #include "photon/band.h"
 
-#include "octree/base/error.h"
-
 #include <cassert>
 #include <cmath>
 #include <limits>
+
+#include "octree/base/error.h"
 
 namespace obscura {
 namespace {

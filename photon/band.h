@@ -1,19 +1,20 @@
 // A spectral band: its intervals, and what a spectral quantity or a temperature is worth in each.
 #pragma once
 
-#include "photon/planck.h"
-#include "photon/spectrum.h"
-
 #include <span>
 #include <string>
 #include <vector>
 
+#include "photon/planck.h"
+#include "photon/spectrum.h"
+
 namespace obscura {
 
-/// One of the equal-width wavelength intervals of a band; everything optical is solved per interval.
+/// One of the equal-width wavelength intervals of a band; everything optical is solved per
+/// interval.
 struct Interval {
   double um_min = 0, um_max = 0;
-  double um_effective = 0;  ///< mean wavelength weighted with the response; the middle where that is 0
+  double um_effective = 0;  ///< mean weighted with the response; the middle where that is 0
   double weight = 1;        ///< integral of the response over the interval / over the band
 };
 
@@ -63,8 +64,8 @@ class Band {
   std::string name_;
   Spectrum response_{1};
   std::vector<Interval> intervals_;
-  std::vector<WeightedPlanck> planck_;      // per interval; empty for grey
-  std::vector<WeightedPlanck> whole_;       // the whole band, for the inverse; empty for grey
+  std::vector<WeightedPlanck> planck_;  // per interval; empty for grey
+  std::vector<WeightedPlanck> whole_;   // the whole band, for the inverse; empty for grey
 };
 
 }  // namespace obscura

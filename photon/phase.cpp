@@ -1,12 +1,12 @@
 #include "photon/phase.h"
 
-#include "octree/base/error.h"
-#include "octree/base/math.h"
-#include "photon/quadrature.h"
-
 #include <algorithm>
 #include <cmath>
 #include <string>
+
+#include "octree/base/error.h"
+#include "octree/base/math.h"
+#include "photon/quadrature.h"
 
 namespace obscura {
 namespace {
@@ -17,8 +17,8 @@ constexpr double kInverseSphere = 0.25 / kPi;
 // 1 + g^2 - 2 g mu = (1 - g)^2 + 2 g (1 - mu) = (1 + g)^2 - 2 g (1 + mu).
 double hg_value(double g, double cosine) noexcept {
   if (g == 1 || g == -1) return 0;
-  const double distance2 = g >= 0 ? (1 - g) * (1 - g) + 2 * g * (1 - cosine)
-                                  : (1 + g) * (1 + g) - 2 * g * (1 + cosine);
+  const double distance2 =
+      g >= 0 ? (1 - g) * (1 - g) + 2 * g * (1 - cosine) : (1 + g) * (1 + g) - 2 * g * (1 + cosine);
   return kInverseSphere * (1 - g) * (1 + g) / (distance2 * std::sqrt(distance2));
 }
 
@@ -43,9 +43,7 @@ double cosine_of(const Cosine& c) noexcept {
 }
 
 // Root of mu^3 + 3 mu = 8 u - 4 by the hyperbolic form of Cardano's formula.
-double rayleigh_sample(double u) noexcept {
-  return 2 * std::sinh(std::asinh(4 * u - 2) / 3);
-}
+double rayleigh_sample(double u) noexcept { return 2 * std::sinh(std::asinh(4 * u - 2) / 3); }
 
 double clamp_cosine(double cosine) noexcept { return std::clamp(cosine, -1.0, 1.0); }
 
@@ -180,44 +178,56 @@ PhaseFunction PhaseFunction::table(const std::vector<double>& angles_deg,
 double PhaseFunction::value(double cosine) const noexcept {
   const double mu = clamp_cosine(cosine);
   switch (kind_) {
-    case Kind::isotropic: return kInverseSphere;
-    case Kind::rayleigh: return 0.75 * kInverseSphere * (1 + mu * mu);
-    case Kind::henyey_greenstein: return hg_value(g1_, mu);
-    case Kind::double_hg: return weight_ * hg_value(g1_, mu) + (1 - weight_) * hg_value(g2_, mu);
-    case Kind::table: return table_->value_at(1 - mu);
+    case Kind::isotropic:
+      return kInverseSphere;
+    case Kind::rayleigh:
+      return 0.75 * kInverseSphere * (1 + mu * mu);
+    case Kind::henyey_greenstein:
+      return hg_value(g1_, mu);
+    case Kind::double_hg:
+      return weight_ * hg_value(g1_, mu) + (1 - weight_) * hg_value(g2_, mu);
+    case Kind::table:
+      return table_->value_at(1 - mu);
   }
   return 0;
 }
 
 double PhaseFunction::sample(double u1, double u2) const noexcept {
   switch (kind_) {
-    case Kind::isotropic: return 2 * u1 - 1;
-    case Kind::rayleigh: return clamp_cosine(rayleigh_sample(u1));
-    case Kind::henyey_greenstein: return clamp_cosine(cosine_of(hg_sample(g1_, u1)));
+    case Kind::isotropic:
+      return 2 * u1 - 1;
+    case Kind::rayleigh:
+      return clamp_cosine(rayleigh_sample(u1));
+    case Kind::henyey_greenstein:
+      return clamp_cosine(cosine_of(hg_sample(g1_, u1)));
     case Kind::double_hg:
       return clamp_cosine(cosine_of(hg_sample(u2 < weight_ ? g1_ : g2_, u1)));
-    case Kind::table: return clamp_cosine(1 - table_->sample_one_minus(u1));
+    case Kind::table:
+      return clamp_cosine(1 - table_->sample_one_minus(u1));
   }
   return 0;
 }
 
 double PhaseFunction::sample_one_minus(double u1, double u2) const noexcept {
   switch (kind_) {
-    case Kind::isotropic: return 2 * (1 - u1);
+    case Kind::isotropic:
+      return 2 * (1 - u1);
     case Kind::rayleigh: {
       // mu = 2 sinh(a/3) and 1 = 2 sinh(a1/3) with a1 = asinh(2): their difference as a product.
       const double a = std::asinh(4 * u1 - 2) / 3;
       const double a1 = std::asinh(2.0) / 3;
       // a1 - a from asinh(x) - asinh(y) = asinh(x sqrt(1 + y^2) - y sqrt(1 + x^2)).
       const double y = 4 * u1 - 2;
-      const double gap = 4 * (1 - u1) * (2 + y) /
-                         (2 * std::sqrt(1 + y * y) + y * std::sqrt(5.0));
+      const double gap = 4 * (1 - u1) * (2 + y) / (2 * std::sqrt(1 + y * y) + y * std::sqrt(5.0));
       const double half = y > -1 ? std::asinh(gap) / 6 : 0.5 * (a1 - a);
       return 4 * std::cosh(0.5 * (a1 + a)) * std::sinh(half);
     }
-    case Kind::henyey_greenstein: return hg_sample(g1_, u1).one_minus;
-    case Kind::double_hg: return hg_sample(u2 < weight_ ? g1_ : g2_, u1).one_minus;
-    case Kind::table: return table_->sample_one_minus(u1);
+    case Kind::henyey_greenstein:
+      return hg_sample(g1_, u1).one_minus;
+    case Kind::double_hg:
+      return hg_sample(u2 < weight_ ? g1_ : g2_, u1).one_minus;
+    case Kind::table:
+      return table_->sample_one_minus(u1);
   }
   return 0;
 }
@@ -225,11 +235,16 @@ double PhaseFunction::sample_one_minus(double u1, double u2) const noexcept {
 double PhaseFunction::moment(int l) const {
   if (l == 0) return 1;
   switch (kind_) {
-    case Kind::isotropic: return 0;
-    case Kind::rayleigh: return l == 2 ? 0.1 : 0;
-    case Kind::henyey_greenstein: return std::pow(g1_, l);
-    case Kind::double_hg: return weight_ * std::pow(g1_, l) + (1 - weight_) * std::pow(g2_, l);
-    case Kind::table: break;
+    case Kind::isotropic:
+      return 0;
+    case Kind::rayleigh:
+      return l == 2 ? 0.1 : 0;
+    case Kind::henyey_greenstein:
+      return std::pow(g1_, l);
+    case Kind::double_hg:
+      return weight_ * std::pow(g1_, l) + (1 - weight_) * std::pow(g2_, l);
+    case Kind::table:
+      break;
   }
   // Gauss-Legendre is exact for a linear piece times P_l.
   const GaussLegendre rule(l / 2 + 2);

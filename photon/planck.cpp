@@ -1,11 +1,11 @@
 #include "photon/planck.h"
 
-#include "octree/base/math.h"
-#include "photon/quadrature.h"
-
 #include <algorithm>
 #include <cmath>
 #include <span>
+
+#include "octree/base/math.h"
+#include "photon/quadrature.h"
 
 namespace obscura {
 namespace {
@@ -14,7 +14,8 @@ using Piece = WeightedPlanck::Piece;
 
 // x = kC2 / (um K); band radiance = kBandScale K^4 * integral of x^3 / (e^x - 1) dx.
 constexpr double kC2 = kPlanckConstant * kSpeedOfLight / kBoltzmannConstant * 1e6;  // um K
-constexpr double kC1 = 2 * kPlanckConstant * kSpeedOfLight * kSpeedOfLight * 1e24;  // W um^4 /m2 /sr
+constexpr double kC1 =
+    2 * kPlanckConstant * kSpeedOfLight * kSpeedOfLight * 1e24;  // W um^4 /m2 /sr
 constexpr double kBandScale = 2 * kBoltzmannConstant * (kBoltzmannConstant / kPlanckConstant) *
                               (kBoltzmannConstant / kPlanckConstant) *
                               (kBoltzmannConstant / kPlanckConstant) /
@@ -24,7 +25,8 @@ constexpr double kLogSmallest = -690.7755278982137;  // ln kSmallest
 
 // The integrand falls as e^-x: what lies this far beyond a piece's lower end is below rounding.
 constexpr double kReach = 60;
-// The nearest poles are at 2 pi i: on panels this wide, the points below reach rounding (METHODS.md).
+// The nearest poles are at 2 pi i: on panels this wide, the points below reach rounding
+// (METHODS.md).
 constexpr double kPanel = 4;
 constexpr double kShortPanel = 0.5;
 
@@ -133,11 +135,13 @@ double invert(std::span<const Piece> pieces, double target) noexcept {
     const double a = log_scale - planck.log;
     // Newton's step from ln L directly where y and its target are equal to rounding.
     const double gap = planck.log - log_target;  // > 0: too hot, u must grow
-    if (gap > 0) low = u; else high = u;
+    if (gap > 0)
+      low = u;
+    else
+      high = u;
     const double y_slope = planck.slope / (u * (1 + std::exp(-a)));  // dy / du
-    const double difference = std::abs(gap) < 1e-3
-                                  ? gap / (1 + std::exp(-a))
-                                  : y_target - log1p_exp(a);
+    const double difference =
+        std::abs(gap) < 1e-3 ? gap / (1 + std::exp(-a)) : y_target - log1p_exp(a);
     double next = u + difference / y_slope;
     if (!(next > low && next < high)) {
       next = high == kInfinity ? 4 * u : low == 0 ? 0.25 * u : std::sqrt(low * high);
@@ -174,7 +178,8 @@ double planck_spectral_derivative(double um, double K) noexcept {
 }
 
 double brightness_temperature(double um, double spectral_radiance) noexcept {
-  if (!(spectral_radiance > 0)) return spectral_radiance != spectral_radiance ? spectral_radiance : 0.0;
+  if (!(spectral_radiance > 0))
+    return spectral_radiance != spectral_radiance ? spectral_radiance : 0.0;
   const double a = std::log(kC1) - 5 * std::log(um) - std::log(spectral_radiance);
   const double ratio = kC1 / (um * um * um * um * um) / spectral_radiance;
   return kC2 / um / (ratio < 1e300 ? std::log1p(ratio) : log1p_exp(a));

@@ -2,16 +2,16 @@
 // Micrometres, kelvin, W/m2/sr (spectral: per um). Formulas and accuracy: METHODS.md, Planck.
 #pragma once
 
-#include "photon/spectrum.h"
-
 #include <vector>
+
+#include "photon/spectrum.h"
 
 namespace obscura {
 
 /// Constants of the SI (CODATA 2018, exact).
-inline constexpr double kPlanckConstant = 6.62607015e-34;    // J s
-inline constexpr double kSpeedOfLight = 299792458.0;         // m/s
-inline constexpr double kBoltzmannConstant = 1.380649e-23;   // J/K
+inline constexpr double kPlanckConstant = 6.62607015e-34;         // J s
+inline constexpr double kSpeedOfLight = 299792458.0;              // m/s
+inline constexpr double kBoltzmannConstant = 1.380649e-23;        // J/K
 inline constexpr double kStefanBoltzmann = 5.670374419184429e-8;  // W/m2/K4
 
 /// Spectral radiance at one wavelength, W/m2/sr/um; 0 where K <= 0 or the result is below 1e-300.

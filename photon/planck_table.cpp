@@ -1,8 +1,8 @@
 #include "photon/planck_table.h"
 
-#include "octree/base/math.h"
-
 #include <cassert>
+
+#include "octree/base/math.h"
 
 namespace obscura {
 
@@ -13,7 +13,8 @@ PlanckTable::PlanckTable(const Band& band, int interval, double K_min, double K_
   const std::int64_t last_row = row_of(1 / K_min);
 
   // ln L and its first two derivatives with respect to u = 1/K at a row's start:
-  // with K = 1/u and a = d ln L / d ln K, b = K^2 L''/L: d/du = -a/u, d2/du2 = (b - a^2 + 2a) / u^2.
+  // with K = 1/u and a = d ln L / d ln K, b = K^2 L''/L: d/du = -a/u, d2/du2 = (b - a^2 + 2a) /
+  // u^2.
   struct Node {
     double u, value, first, second;
   };
@@ -35,7 +36,9 @@ PlanckTable::PlanckTable(const Band& band, int interval, double K_min, double K_
       const double d0 = h * left.first, d1 = h * right.first;
       const double e0 = 0.5 * h * h * left.second, e1 = 0.5 * h * h * right.second;
       const double rise = right.value - left.value;
-      r.c = {left.value, d0, e0,
+      r.c = {left.value,
+             d0,
+             e0,
              10 * rise - 6 * d0 - 4 * d1 - 3 * e0 + e1,
              -15 * rise + 8 * d0 + 7 * d1 + 3 * e0 - 2 * e1,
              6 * rise - 3 * d0 - 3 * d1 - e0 + e1};

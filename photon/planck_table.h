@@ -1,20 +1,20 @@
 // Planck radiance of one interval as a table over temperature: what a kernel looks up per voxel.
 #pragma once
 
-#include "photon/band.h"
-
 #include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
 #include <vector>
 
+#include "photon/band.h"
+
 namespace obscura {
 
-/// Relative error at most 1e-9 in [K_min, K_max] where the radiance is >= 1e-300 (below: 0). Outside
-/// that range it computes the integral itself: right, but slow. K <= 0: 0.
-/// ln L is interpolated in 1/K, in which Wien's law is a straight line, by the quintic with exact
-/// values and two derivatives at 32 nodes per octave of 1/K.
+/// Relative error at most 1e-9 in [K_min, K_max] where the radiance is >= 1e-300 (below: 0).
+/// Outside that range it computes the integral itself: right, but slow. K <= 0: 0. ln L is
+/// interpolated in 1/K, in which Wien's law is a straight line, by the quintic with exact values
+/// and two derivatives at 32 nodes per octave of 1/K.
 class PlanckTable {
  public:
   /// @param band not grey
@@ -36,10 +36,10 @@ class PlanckTable {
 
  private:
   static constexpr double kLogSmallest = -690.7755278982137;  // ln 1e-300
-  static constexpr int kRowBits = 5;                           // 32 rows per octave
+  static constexpr int kRowBits = 5;                          // 32 rows per octave
 
   struct Row {
-    double start, scale;     // s = (1/K - start) * scale is in [0, 1)
+    double start, scale;      // s = (1/K - start) * scale is in [0, 1)
     std::array<double, 6> c;  // ln L = sum of c_i s^i
   };
 

@@ -1,8 +1,8 @@
 #include "photon/quadrature.h"
 
-#include "octree/base/math.h"
-
 #include <cassert>
+
+#include "octree/base/math.h"
 
 namespace obscura {
 

@@ -1,10 +1,10 @@
 #include "photon/spectrum.h"
 
-#include "octree/base/error.h"
-
 #include <algorithm>
 #include <cmath>
 #include <string>
+
+#include "octree/base/error.h"
 
 namespace obscura {
 namespace {
@@ -26,9 +26,10 @@ double extreme(const Spectrum& s, double um_min, double um_max, Better better) n
 Spectrum Spectrum::table(std::vector<double> um, std::vector<double> value) {
   if (um.empty()) throw InputError("spectrum", "the table has no rows", "give at least one");
   if (um.size() != value.size()) {
-    throw InputError("spectrum", std::to_string(um.size()) + " wavelengths but " +
-                                     std::to_string(value.size()) + " values",
-                     "give one value per wavelength");
+    throw InputError(
+        "spectrum",
+        std::to_string(um.size()) + " wavelengths but " + std::to_string(value.size()) + " values",
+        "give one value per wavelength");
   }
   for (std::size_t i = 0; i < um.size(); ++i) {
     const std::string row = "row " + std::to_string(i + 1);

@@ -24,7 +24,8 @@ inline double effective_length(double extinction, double length) noexcept {
 }
 
 /// Radiance gained on a segment with emission k_a B + k_s J = `emission` (W/m3/sr): the solution of
-/// dL/ds = -k L + emission, less the transmitted part (Chandrasekhar, Radiative Transfer, 1960, I.7).
+/// dL/ds = -k L + emission, less the transmitted part (Chandrasekhar, Radiative Transfer, 1960,
+/// I.7).
 inline double radiance_gain(double emission, double extinction, double length) noexcept {
   return emission * effective_length(extinction, length);
 }

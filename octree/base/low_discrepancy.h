@@ -16,8 +16,8 @@ class LowDiscrepancy {
  public:
   static constexpr int kDimensions = 8;
 
-  /// @param scrambled false: the plain sequence, the same for every seed and batch; its points carry
-  ///   no standard error.
+  /// @param scrambled false: the plain sequence, the same for every seed and batch; it carries no
+  ///   standard error.
   LowDiscrepancy(std::uint64_t seed, std::uint32_t batch, bool scrambled = true) noexcept;
 
   /// Point number `index`; every coordinate in the open interval (0, 1), 52 bits (plain: 32 bits).

@@ -53,8 +53,8 @@ class Moments {
   double squares_ = 0;  // sum of squared deviations from the mean
 };
 
-/// Mean over independent batches and its standard error, which has (batches - 1) degrees of freedom:
-/// (mean - truth) / standard_error follows Student's t, not the normal law.
+/// Mean over independent batches and its standard error, which has (batches - 1) degrees of
+/// freedom: (mean - truth) / standard_error follows Student's t, not the normal law.
 struct BatchMean {
   double mean = 0;
   double standard_error = std::numeric_limits<double>::infinity();

@@ -1,10 +1,9 @@
 #include "photon/band.h"
 
-#include "octree/base/error.h"
-
 #include <catch2/catch.hpp>
-
 #include <cmath>
+
+#include "octree/base/error.h"
 
 using namespace obscura;
 
@@ -37,7 +36,8 @@ TEST_CASE("a band of n samples is n equal intervals", "[photon][band]") {
 }
 
 TEST_CASE("the intervals add up to the band's Planck radiance", "[photon][band]") {
-  for (const Spectrum& response : {Spectrum(1), kTent, Spectrum::table({9, 9.3, 9.4}, {1, 0, 0.5})}) {
+  for (const Spectrum& response :
+       {Spectrum(1), kTent, Spectrum::table({9, 9.3, 9.4}, {1, 0, 0.5})}) {
     const Band one("one", 8, 12, 1, response);
     for (const int n : {2, 3, 7, 64}) {
       const Band many("many", 8, 12, n, response);

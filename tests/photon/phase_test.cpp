@@ -1,14 +1,14 @@
 // Phase functions against the reference tables f1 to f3, and every sampler against its density.
 #include "photon/phase.h"
 
+#include <catch2/catch.hpp>
+
 #include "octree/base/error.h"
 #include "octree/base/math.h"
 #include "octree/base/random.h"
 #include "photon/quadrature.h"
 #include "tests/support/chi_square.h"
 #include "tests/support/csv.h"
-
-#include <catch2/catch.hpp>
 
 using namespace obscura;
 using test::Csv;
@@ -100,7 +100,8 @@ TEST_CASE("phase function moments are right", "[photon][phase]") {
   }
 }
 
-TEST_CASE("sampling inverts the cumulative distribution without loss near forward", "[photon][phase]") {
+TEST_CASE("sampling inverts the cumulative distribution without loss near forward",
+          "[photon][phase]") {
   const Csv csv(kFolder + "f3_phase_function_sampling.csv");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     INFO(csv.text(i, "type") << " " << csv.text(i, "g") << " xi " << csv.text(i, "xi"));
@@ -154,8 +155,8 @@ TEST_CASE("the chi-square test sees a sampler that is slightly wrong", "[photon]
 TEST_CASE("the cosine and one minus the cosine are one sample", "[photon][phase]") {
   Stream stream(2, 0, 0);
   for (const PhaseFunction& p :
-       {PhaseFunction::isotropic(), PhaseFunction::rayleigh(), PhaseFunction::henyey_greenstein(0.7),
-        PhaseFunction::henyey_greenstein(-0.9), ragged(),
+       {PhaseFunction::isotropic(), PhaseFunction::rayleigh(),
+        PhaseFunction::henyey_greenstein(0.7), PhaseFunction::henyey_greenstein(-0.9), ragged(),
         PhaseFunction::double_henyey_greenstein(0.9, -0.3, 0.6)}) {
     double before = -1;
     for (const double u : {0.0, 1e-9, 0.01, 0.3, 0.5, 0.77, 0.999, 1.0}) {

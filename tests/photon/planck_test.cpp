@@ -1,12 +1,12 @@
 // Planck's law against the reference tables g1 to g5 (40-digit arithmetic, CODATA 2018; metres).
 #include "photon/planck.h"
 
+#include <catch2/catch.hpp>
+
 #include "octree/base/math.h"
 #include "photon/band.h"
 #include "photon/planck_table.h"
 #include "tests/support/csv.h"
-
-#include <catch2/catch.hpp>
 
 using namespace obscura;
 using test::Csv;
@@ -19,8 +19,8 @@ double relative(double value, double reference) {
   return std::abs(value - reference) / std::abs(reference);
 }
 
-// Brute force in extended precision and another variable: Boole's rule (Abramowitz & Stegun 25.4.14)
-// over ln(um), on steps so short that e^-x changes by less than 2 % each.
+// Brute force in extended precision and another variable: Boole's rule (Abramowitz &
+// Stegun 25.4.14) over ln(um), on steps so short that e^-x changes by less than 2 % each.
 long double brute_band(double um_min, double um_max, double K) {
   const long double h = 6.62607015e-34L, c = 299792458.0L, k = 1.380649e-23L;
   const auto integrand = [&](long double y) {
@@ -33,8 +33,9 @@ long double brute_band(double um_min, double um_max, double K) {
   while (y < end) {
     const long double x = h * c / (std::exp(y) * 1e-6L * k * K);
     const long double step = std::min(end - y, 0.02L / std::max(1.0L, x));
-    sum += step / 90 * (7 * (integrand(y) + integrand(y + step)) + 12 * integrand(y + step / 2) +
-                        32 * (integrand(y + step / 4) + integrand(y + 3 * step / 4)));
+    sum += step / 90 *
+           (7 * (integrand(y) + integrand(y + step)) + 12 * integrand(y + step / 2) +
+            32 * (integrand(y + step / 4) + integrand(y + 3 * step / 4)));
     y += step;
   }
   return sum;
@@ -63,11 +64,19 @@ TEST_CASE("band radiance is right to 1e-10 from 1 K to 100,000 K", "[photon][pla
 
 TEST_CASE("band radiance is right to 1e-10 over the whole range", "[photon][planck]") {
   for (const double K : {2.0, 5.0, 20.0, 70.0, 72.0, 300.0, 2500.0, 10000.0}) {
-    for (const auto& [a, b] : {std::pair{0.3, 0.32}, {0.4, 0.7}, {1.0, 1.001}, {2.0, 3.0}, {3.0, 5.0},
-                               {8.0, 12.0}, {9.0, 30.0}, {20.0, 100.0}, {99.0, 100.0}}) {
+    for (const auto& [a, b] : {std::pair{0.3, 0.32},
+                               {0.4, 0.7},
+                               {1.0, 1.001},
+                               {2.0, 3.0},
+                               {3.0, 5.0},
+                               {8.0, 12.0},
+                               {9.0, 30.0},
+                               {20.0, 100.0},
+                               {99.0, 100.0}}) {
       // Where e^-x changes fast the brute force takes long, and the result is 0 anyway.
       if (14388 / (b * K) > 750) continue;
-      const long double reference = brute_band(std::max(a, 14388 / K / (14388 / (b * K) + 60)), b, K);
+      const long double reference =
+          brute_band(std::max(a, 14388 / K / (14388 / (b * K) + 60)), b, K);
       const double value = planck_band(a, b, K);
       INFO("K " << K << ", " << a << " to " << b << " um");
       if (reference < 1e-300L) {
@@ -87,8 +96,10 @@ TEST_CASE("spectral radiance is right", "[photon][planck]") {
     const double um = csv.number(i, "lambda_m") * 1e6;
     const double per_um = csv.number(i, "B_lambda") * 1e-6;
     INFO("K " << K << ", " << um << " um");
-    if (per_um < 1e-300) CHECK(planck_spectral(um, K) == 0);
-    else CHECK(relative(planck_spectral(um, K), per_um) < 1e-12);
+    if (per_um < 1e-300)
+      CHECK(planck_spectral(um, K) == 0);
+    else
+      CHECK(relative(planck_spectral(um, K), per_um) < 1e-12);
   }
 }
 
@@ -112,8 +123,13 @@ TEST_CASE("the inverses give back the temperature", "[photon][planck]") {
 
 TEST_CASE("radiance and temperature are inverse over the whole range", "[photon][planck]") {
   for (const double K : {2.0, 3.0, 10.0, 77.0, 250.0, 300.0, 1000.0, 3000.0, 10000.0, 1e6}) {
-    for (const auto& [a, b] : {std::pair{0.3, 100.0}, {0.3, 0.31}, {3.0, 5.0}, {8.0, 12.0},
-                               {10.0, 10.0001}, {50.0, 100.0}, {0.3, 0.3000001}}) {
+    for (const auto& [a, b] : {std::pair{0.3, 100.0},
+                               {0.3, 0.31},
+                               {3.0, 5.0},
+                               {8.0, 12.0},
+                               {10.0, 10.0001},
+                               {50.0, 100.0},
+                               {0.3, 0.3000001}}) {
       INFO("K " << K << ", " << a << " to " << b << " um");
       const double radiance = planck_band(a, b, K);
       if (radiance == 0) continue;
@@ -155,8 +171,8 @@ TEST_CASE("a band is the sum of its parts, however narrow", "[photon][planck]") 
 TEST_CASE("a very hot band follows Rayleigh and Jeans", "[photon][planck]") {
   // B = 2 c k T / lambda^4, with a relative remainder of x / 2.
   const double K = 1e14;
-  const double band = 2 * kSpeedOfLight * kBoltzmannConstant * K / 3 *
-                      (std::pow(8e-6, -3) - std::pow(12e-6, -3));
+  const double band =
+      2 * kSpeedOfLight * kBoltzmannConstant * K / 3 * (std::pow(8e-6, -3) - std::pow(12e-6, -3));
   CHECK(relative(planck_band(8, 12, K), band) < 1e-10);
   CHECK(relative(planck_band_derivative(8, 12, K), band / K) < 1e-10);
   CHECK(relative(brightness_temperature(8, 12, band), K) < 1e-10);

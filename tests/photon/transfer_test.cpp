@@ -1,10 +1,10 @@
 // Segment functions against the reference table h1 (50-digit values).
 #include "photon/transfer.h"
 
+#include <catch2/catch.hpp>
+
 #include "octree/base/math.h"
 #include "tests/support/csv.h"
-
-#include <catch2/catch.hpp>
 
 using namespace obscura;
 

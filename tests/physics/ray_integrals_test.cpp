@@ -1,15 +1,14 @@
-// Ray integrals through the octree against the exact solutions a1 to a9: exact where voxels hold the
-// field exactly, and otherwise converging with the voxel at the order that theory predicts.
+// Ray integrals through the octree against the exact solutions a1 to a9: exact where voxels hold
+// the field exactly, and otherwise converging with the voxel at the order that theory predicts.
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+
 #include "octree/base/statistics.h"
 #include "octree/shapes.h"
 #include "photon/planck.h"
 #include "tests/support/csv.h"
 #include "tests/support/ray_radiance.h"
-
-#include <catch2/catch.hpp>
-
-#include <array>
-#include <cmath>
 
 using namespace obscura;
 using namespace obscura::test;
@@ -63,8 +62,9 @@ auto constant(double value) {
 TEST_CASE("a2: a box is exact along any ray", "[physics][ray]") {
   const Csv csv = table("a2_box_rays.csv");
   const auto box = [](const Vec3i& voxels) {
-    return lossless(field_stream(Box3i(Vec3i(0, 0, 0), voxels), {"density"},
-                                 [](int, const Vec3i&) { return 1.0f; }, scaled(Vec3d(0.5))));
+    return lossless(field_stream(
+        Box3i(Vec3i(0, 0, 0), voxels), {"density"}, [](int, const Vec3i&) { return 1.0f; },
+        scaled(Vec3d(0.5))));
   };
   const Octree tree = box({4, 2, 1});
   const Octree wrong = box({4, 2, 2});
@@ -120,18 +120,23 @@ TEST_CASE("a6: layers are exact", "[physics][ray]") {
 
 TEST_CASE("a9: the walk gives the voxel field's exact integral", "[physics][ray]") {
   const Csv csv = table("a9_voxel_step_field.csv");
-  const auto number = [](const Vec3i& v) { return static_cast<float>((7 * v.x + 13 * v.y + 29 * v.z) % 11); };
-  const auto source = [](const Vec3i& v) { return static_cast<float>(1 + (v.x + 2 * v.y + 3 * v.z) % 5); };
-  const Octree tree = lossless(
-      field_stream(Box3i(Vec3i(0, 0, 0), Vec3i(8, 8, 8)), {"k10", "B"},
-                   [&](int c, const Vec3i& v) { return c == 0 ? number(v) : source(v); }));
+  const auto number = [](const Vec3i& v) {
+    return static_cast<float>((7 * v.x + 13 * v.y + 29 * v.z) % 11);
+  };
+  const auto source = [](const Vec3i& v) {
+    return static_cast<float>(1 + (v.x + 2 * v.y + 3 * v.z) % 5);
+  };
+  const Octree tree =
+      lossless(field_stream(Box3i(Vec3i(0, 0, 0), Vec3i(8, 8, 8)), {"k10", "B"},
+                            [&](int c, const Vec3i& v) { return c == 0 ? number(v) : source(v); }));
   REQUIRE(csv.size() == 10);
   for (std::size_t i = 0; i < csv.size(); ++i) {
     INFO("ray " << i);
     const Ray ray = row_ray(csv, i);
     const double tau = csv.number(i, "tau");
     CHECK(relative(depth_along(tree, ray, 0.1), tau) < 1e-11);
-    const Gathered g = gather(tree, ray, [](const Walk& w) { return 0.1 * w.value(0); }, channel(1));
+    const Gathered g = gather(
+        tree, ray, [](const Walk& w) { return 0.1 * w.value(0); }, channel(1));
     CHECK(relative(g.length, csv.number(i, "path_in_grid")) < 1e-11);
     CHECK(relative(g.depth, tau) < 1e-11);
     CHECK(relative(g.radiance, csv.number(i, "I")) < 1e-11);
@@ -191,8 +196,8 @@ TEST_CASE("a1: chords of a voxelised sphere converge at first order or better", 
   for (std::size_t i = 0; i < csv.size(); ++i) {
     const double k = csv.number(i, "k"), b = csv.number(i, "b");
     const Ray ray = line(Vec3d(b, 0.001, -3), Vec3d(0, 0, 1));
-    const Gathered g = gather(trees[2], ray, [k](const Walk& w) { return k * w.value(0); },
-                              constant(kSource));
+    const Gathered g = gather(
+        trees[2], ray, [k](const Walk& w) { return k * w.value(0); }, constant(kSource));
     const double tau = k * depth_along(trees[2], ray);
     CHECK(g.radiance == Approx(-kSource * std::expm1(-tau)).epsilon(1e-12));
     // Where a thick sphere is well met, the border does not matter.
@@ -201,7 +206,8 @@ TEST_CASE("a1: chords of a voxelised sphere converge at first order or better", 
   }
 }
 
-TEST_CASE("a3: a source linear in depth converges at second order, linear weights are exact", "[physics][ray]") {
+TEST_CASE("a3: a source linear in depth converges at second order, linear weights are exact",
+          "[physics][ray]") {
   const Csv csv = table("a3_linear_source_slab.csv");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     const double tau = csv.number(i, "tau"), b0 = csv.number(i, "B0"), b1 = csv.number(i, "B1");
@@ -211,7 +217,9 @@ TEST_CASE("a3: a source linear in depth converges at second order, linear weight
       const Octree tree = column(
           n, 1, {"density", "B"},
           [&](int c, double share) { return c == 0 ? 1.0 : b0 + (b1 - b0) * share; }, shift);
-      return gather(tree, kUp, [tau](const Walk& w) { return tau * w.value(0); }, channel(1)).radiance;
+      return gather(
+                 tree, kUp, [tau](const Walk& w) { return tau * w.value(0); }, channel(1))
+          .radiance;
     };
     std::vector<double> errors, shifted;
     for (const int n : {32, 64, 128}) {
@@ -251,7 +259,8 @@ TEST_CASE("a4: a linear temperature converges at second order", "[physics][ray]"
       const Octree tree = column(
           n, 1, {"K"}, [&](int, double share) { return t0 + (t1 - t0) * share; }, shift);
       return gather(tree, kUp, constant(tau),
-                    [um](const Walk& w) { return planck_spectral(um, w.value(0)); }).radiance;
+                    [um](const Walk& w) { return planck_spectral(um, w.value(0)); })
+          .radiance;
     };
     std::vector<double> errors, shifted;
     for (const int n : {64, 128, 256}) {
@@ -271,7 +280,8 @@ TEST_CASE("a4: a linear temperature converges at second order", "[physics][ray]"
   }
 }
 
-TEST_CASE("a5: linear extinction is exact in depth and second order in radiance", "[physics][ray]") {
+TEST_CASE("a5: linear extinction is exact in depth and second order in radiance",
+          "[physics][ray]") {
   const Csv csv = table("a5_linear_extinction.csv");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     const double k0 = csv.number(i, "k0"), k1 = csv.number(i, "k1"), d = csv.number(i, "D");
@@ -279,9 +289,10 @@ TEST_CASE("a5: linear extinction is exact in depth and second order in radiance"
     std::vector<double> errors, shifted;
     for (const int n : {256, 512, 1024}) {
       const auto make = [&](double shift) {
-        return column(n, d, {"k", "B"}, [&](int c, double share) {
-          return c == 0 ? k0 + (k1 - k0) * share : 1 + 2 * share;
-        }, shift);
+        return column(
+            n, d, {"k", "B"},
+            [&](int c, double share) { return c == 0 ? k0 + (k1 - k0) * share : 1 + 2 * share; },
+            shift);
       };
       const Octree tree = make(0);
       // A voxel's middle is its mean: the depth of the whole is exact, to single precision.
@@ -289,8 +300,10 @@ TEST_CASE("a5: linear extinction is exact in depth and second order in radiance"
       const Gathered iso = gather(tree, kUp, channel(0), constant(kSource));
       CHECK(iso.radiance + iso.transmission() * kBackground ==
             Approx(csv.number(i, "I_isoB")).epsilon(1e-7));
-      errors.push_back(relative(gather(tree, kUp, channel(0), channel(1)).radiance, csv.number(i, "I_linB")));
-      shifted.push_back(relative(gather(make(0.5), kUp, channel(0), channel(1)).radiance, csv.number(i, "I_linB")));
+      errors.push_back(
+          relative(gather(tree, kUp, channel(0), channel(1)).radiance, csv.number(i, "I_linB")));
+      shifted.push_back(relative(gather(make(0.5), kUp, channel(0), channel(1)).radiance,
+                                 csv.number(i, "I_linB")));
     }
     if (errors.back() > 2e-7) {
       for (const double order : orders(errors)) CHECK(order == Approx(2).margin(0.2));
@@ -300,13 +313,15 @@ TEST_CASE("a5: linear extinction is exact in depth and second order in radiance"
   }
 }
 
-TEST_CASE("a8: an exponential atmosphere is exact from voxel means, second order from middles", "[physics][ray]") {
+TEST_CASE("a8: an exponential atmosphere is exact from voxel means, second order from middles",
+          "[physics][ray]") {
   const Csv csv = table("a8_exponential_atmosphere.csv");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     const double k0 = csv.number(i, "k0"), height = csv.number(i, "H"), mu = csv.number(i, "mu");
     const double tau = csv.number(i, "tau");
     INFO("k0 " << k0 << ", H " << height << ", mu " << mu);
-    // From the ground to 40 scale heights above z = 1, which is a voxel's face; wide enough for any slant.
+    // From the ground to 40 scale heights above z = 1, which is a voxel's face; wide enough for any
+    // slant.
     const double top = 1 + 40 * height;
     const int per_metre_min = static_cast<int>(std::ceil(16 / height));
     std::vector<double> errors;
@@ -369,7 +384,9 @@ Octree blob_tree(const std::vector<Blob>& blobs, int n, double h, const Vec3d& c
       [&](int, const Vec3i& v) {
         double sum = 0;
         for (std::size_t b = 0; b < blobs.size(); ++b) {
-          const auto at = [&](std::size_t axis, int i) { return means[b][axis][static_cast<std::size_t>(i)]; };
+          const auto at = [&](std::size_t axis, int i) {
+            return means[b][axis][static_cast<std::size_t>(i)];
+          };
           sum += blobs[b].k0 * at(0, v.x) * at(1, v.y) * at(2, v.z);
         }
         return static_cast<float>(sum);
@@ -380,7 +397,8 @@ Octree blob_tree(const std::vector<Blob>& blobs, int n, double h, const Vec3d& c
 // Mean error of the depth over nine places of the lattice beside the ray, over the depth. A single
 // line sees the voxels beside it and errs to first order, by either sign; the mean is second order.
 // @param offset moves the field against its lattice, in voxels
-double mean_error(const std::vector<Blob>& blobs, const Ray& ray, double tau, int n, double offset) {
+double mean_error(const std::vector<Blob>& blobs, const Ray& ray, double tau, int n,
+                  double offset) {
   const double h = 7.0 / n;
   Moments error;
   for (int a = 0; a < 3; ++a) {

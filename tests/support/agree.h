@@ -2,11 +2,11 @@
 // error, and that error must be small enough to have seen the bias that the test is there to see.
 #pragma once
 
-#include "tests/support/distributions.h"
-
 #include <cmath>
 #include <limits>
 #include <ostream>
+
+#include "tests/support/distributions.h"
 
 namespace obscura::test {
 
@@ -28,22 +28,24 @@ inline std::ostream& operator<<(std::ostream& out, const Agreement& a) {
 inline constexpr double kFalseAlarm = 1e-6;
 
 struct AgreeOptions {
-  double resolution = 0.01;      ///< relative bias that the test must be able to see
-  double reference_error = 0;    ///< standard error of the reference
-  double comparisons = 1;        ///< how many such comparisons the test makes
+  double resolution = 0.01;    ///< relative bias that the test must be able to see
+  double reference_error = 0;  ///< standard error of the reference
+  double comparisons = 1;      ///< how many such comparisons the test makes
   double degrees_of_freedom = std::numeric_limits<double>::infinity();  ///< 15 for 16 batches
 };
 
 /// |z| <= z* and total error <= resolution |reference| / (z* + 3.09): a bias of the stated
 /// resolution is then found with a probability of 99.9 %. z* belongs to a false-alarm rate of 1e-6
-/// shared among the comparisons (Bonferroni). `CHECK(agree(mean, error, truth, {.resolution = 0.01}))`
+/// shared among the comparisons (Bonferroni). `CHECK(agree(mean, error, truth, {.resolution =
+/// 0.01}))`
 inline Agreement agree(double value, double standard_error, double reference,
                        const AgreeOptions& options = {}) {
   const double limit = student_limit(kFalseAlarm / options.comparisons, options.degrees_of_freedom);
   const double error = std::hypot(standard_error, options.reference_error);
   const double difference = value - reference;
   const double z = difference == 0 ? 0 : difference / error;
-  return {value, reference, z, limit, error, options.resolution * std::abs(reference) / (limit + 3.09)};
+  return {value, reference, z,
+          limit, error,     options.resolution * std::abs(reference) / (limit + 3.09)};
 }
 
 }  // namespace obscura::test

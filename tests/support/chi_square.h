@@ -1,14 +1,14 @@
 // Does a sampler follow its density? Pearson's chi-square test over bins.
 #pragma once
 
-#include "octree/base/math.h"
-#include "tests/support/distributions.h"
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <ostream>
 #include <vector>
+
+#include "octree/base/math.h"
+#include "tests/support/distributions.h"
 
 namespace obscura::test {
 
@@ -29,8 +29,8 @@ inline std::ostream& operator<<(std::ostream& out, const ChiSquare& c) {
 /// @param expected how many should have; both must count the same samples. Bins that expect fewer
 ///   than 5 are pooled. A sample where nothing is expected fails the test.
 /// @param comparisons how many such tests share the false-alarm rate of 1e-6
-inline ChiSquare chi_square(const std::vector<double>& observed, const std::vector<double>& expected,
-                            double comparisons = 1) {
+inline ChiSquare chi_square(const std::vector<double>& observed,
+                            const std::vector<double>& expected, double comparisons = 1) {
   ChiSquare result;
   result.limit = 1e-6 / comparisons;
   double pooled_observed = 0, pooled_expected = 0;
@@ -52,7 +52,8 @@ inline ChiSquare chi_square(const std::vector<double>& observed, const std::vect
     }
   }
   // What is left over is too little for the law; much more than expected is wrong all the same.
-  if (pooled_expected > 0 || pooled_observed > 0) add(pooled_observed, std::max(pooled_expected, 1e-3));
+  if (pooled_expected > 0 || pooled_observed > 0)
+    add(pooled_observed, std::max(pooled_expected, 1e-3));
   result.degrees_of_freedom = std::max(bins - 1, 1);
   result.p_value = chi_square_tail(result.statistic, result.degrees_of_freedom);
   return result;
@@ -103,7 +104,8 @@ ChiSquare chi_square_directions(Draw&& draw, Density&& density, int samples, int
       const double angle = -kPi + 2 * kPi * (phi + 0.5) / (bins_phi * cubature);
       const double sine = std::sqrt(1 - cosine * cosine);
       expected[static_cast<std::size_t>(z / cubature * bins_phi + phi / cubature)] +=
-          samples * element * density(Vec3d(sine * std::cos(angle), sine * std::sin(angle), cosine));
+          samples * element *
+          density(Vec3d(sine * std::cos(angle), sine * std::sin(angle), cosine));
     }
   }
   return chi_square(observed, expected, comparisons);

@@ -1,5 +1,6 @@
 // Reads the reference tables: lines starting with '#' are comments, then one header line, then rows
-// of comma-separated fields without quotes. Numbers by strtod: 1e-1240 is 0, "inf" and "nan" are read.
+// of comma-separated fields without quotes. Numbers by strtod: 1e-1240 is 0, "inf" and "nan" are
+// read.
 #pragma once
 
 #include <cstdlib>
@@ -56,8 +57,10 @@ class Csv {
   static std::vector<std::string> split(const std::string& line, char separator) {
     std::vector<std::string> fields(1);
     for (const char c : line) {
-      if (c == separator) fields.emplace_back();
-      else fields.back() += c;
+      if (c == separator)
+        fields.emplace_back();
+      else
+        fields.back() += c;
     }
     return fields;
   }

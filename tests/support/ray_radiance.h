@@ -1,16 +1,16 @@
-// What tests of ray integrals share: an octree from a function of the voxel, the radiance that a walk
-// through it gathers, and the measured order of convergence.
+// What tests of ray integrals share: an octree from a function of the voxel, the radiance that a
+// walk through it gathers, and the measured order of convergence.
 #pragma once
-
-#include "octree/build.h"
-#include "octree/walk.h"
-#include "photon/transfer.h"
-#include "tests/support/voxel_fields.h"
 
 #include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "octree/build.h"
+#include "octree/walk.h"
+#include "photon/transfer.h"
+#include "tests/support/voxel_fields.h"
 
 namespace obscura::test {
 
@@ -35,11 +35,12 @@ inline double depth_along(const Octree& tree, const Ray& ray, double weight = 1)
 struct Gathered {
   double radiance = 0;  ///< emitted along the ray, without background
   double depth = 0;
-  double length = 0;    ///< in the domain
+  double length = 0;  ///< in the domain
   double transmission() const { return std::exp(-depth); }
 };
 
-/// Front to back along the ray: extinction(walk) in 1/m and source(walk) in W/m2/sr of each segment.
+/// Front to back along the ray: extinction(walk) in 1/m and source(walk) in W/m2/sr of each
+/// segment.
 template <class Extinction, class Source>
 Gathered gather(const Octree& tree, const Ray& ray, Extinction&& extinction, Source&& source) {
   Gathered g;

@@ -1,13 +1,12 @@
 #include "octree/base/low_discrepancy.h"
 
+#include <catch2/catch.hpp>
+#include <cmath>
+
 #include "octree/base/random.h"
 #include "octree/base/statistics.h"
 #include "tests/support/agree.h"
 #include "tests/support/chi_square.h"
-
-#include <catch2/catch.hpp>
-
-#include <cmath>
 
 using namespace obscura;
 
@@ -18,7 +17,8 @@ constexpr int kDimensions = LowDiscrepancy::kDimensions;
 // Smooth, with all dimensions coupled; its mean over the unit cube is 1.
 double smooth(const std::array<double, 8>& x) {
   double product = 1;
-  for (int d = 0; d < kDimensions; ++d) product *= 1 + 0.3 * (x[d] - 0.5) + 0.2 * (x[d] * x[d] - 1.0 / 3);
+  for (int d = 0; d < kDimensions; ++d)
+    product *= 1 + 0.3 * (x[d] - 0.5) + 0.2 * (x[d] * x[d] - 1.0 / 3);
   return product;
 }
 
@@ -75,9 +75,10 @@ TEST_CASE("every dyadic interval holds one of the first points", "[base][low_dis
   }
 }
 
-TEST_CASE("any two dimensions are as even as their polynomials promise", "[base][low_discrepancy]") {
-  // Sobol (1967): with polynomials of degree s, a rectangle of volume 2^(t - m), t the sum of s - 1,
-  // holds 2^t of the first 2^m points. Dimensions 0 and 1 have t = 0: a (0,2)-net.
+TEST_CASE("any two dimensions are as even as their polynomials promise",
+          "[base][low_discrepancy]") {
+  // Sobol (1967): with polynomials of degree s, a rectangle of volume 2^(t - m), t the sum of s -
+  // 1, holds 2^t of the first 2^m points. Dimensions 0 and 1 have t = 0: a (0,2)-net.
   const int degree[kDimensions] = {1, 1, 2, 3, 3, 4, 4, 5};
   const int m = 12;
   const LowDiscrepancy points(11, 0);
@@ -102,7 +103,7 @@ TEST_CASE("any two dimensions are as even as their polynomials promise", "[base]
 }
 
 TEST_CASE("one point is uniform over the scrambles", "[base][low_discrepancy]") {
-  // Over batches each point must be uniform in each pair of dimensions, or a mean over batches is biased.
+  // Over batches each point must be uniform in each pair of dimensions, or means are biased.
   const int batches = 100000;
   const std::vector<std::uint32_t> indexes{0, 1, 6, 12345};
   for (const std::uint32_t index : indexes) {
@@ -135,7 +136,8 @@ TEST_CASE("scrambled digits below the first are fair as well", "[base][low_discr
   }
 }
 
-TEST_CASE("batches are unbiased and independent, for any number of points", "[base][low_discrepancy]") {
+TEST_CASE("batches are unbiased and independent, for any number of points",
+          "[base][low_discrepancy]") {
   for (const std::uint32_t count : {16u, 37u, 100u}) {
     const int batches = 4000;
     Moments moments, neighbours, seeds;
@@ -178,7 +180,7 @@ TEST_CASE("the error falls faster than that of random points", "[base][low_discr
       return x;
     };
   };
-  // Variance over 64 scrambles is known to about 18 %; from 64 to 4096 points random falls 64 times.
+  // 64 scrambles give a variance to about 18 %. From 64 to 4096 points, random's falls 64 times.
   const double gain = variance(scrambled, 64) / variance(scrambled, 4096);
   const double plain_gain = variance(random, 64) / variance(random, 4096);
   CHECK(gain > 64 * 8);

@@ -1,8 +1,8 @@
 #include "octree/base/math.h"
 
-#include "octree/base/random.h"
-
 #include <catch2/catch.hpp>
+
+#include "octree/base/random.h"
 
 using namespace obscura;
 
@@ -47,8 +47,13 @@ TEST_CASE("a ray in a face is inside on the lower side only", "[base][math]") {
 }
 
 TEST_CASE("the basis is orthonormal and right-handed for every direction", "[base][math]") {
-  std::vector<Vec3d> directions{{0, 0, 1}, {0, 0, -1}, {1, 0, 0}, {0, -1, 0}, {1, 0, -0.0},
-                                Vec3d(1e-9, 1e-9, -1).normalized(), Vec3d(1e-20, 0, -1).normalized()};
+  std::vector<Vec3d> directions{{0, 0, 1},
+                                {0, 0, -1},
+                                {1, 0, 0},
+                                {0, -1, 0},
+                                {1, 0, -0.0},
+                                Vec3d(1e-9, 1e-9, -1).normalized(),
+                                Vec3d(1e-20, 0, -1).normalized()};
   Stream stream(1, 0, 0);
   for (int i = 0; i < 1000; ++i) {
     const double z = 2 * stream.uniform() - 1, phi = 2 * kPi * stream.uniform();

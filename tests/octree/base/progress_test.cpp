@@ -1,7 +1,6 @@
 #include "octree/base/progress.h"
 
 #include <catch2/catch.hpp>
-
 #include <string>
 
 using namespace obscura;

@@ -1,12 +1,11 @@
 #include "octree/base/statistics.h"
 
+#include <catch2/catch.hpp>
+#include <vector>
+
 #include "octree/base/math.h"
 #include "octree/base/random.h"
 #include "tests/support/agree.h"
-
-#include <catch2/catch.hpp>
-
-#include <vector>
 
 using namespace obscura;
 
@@ -42,7 +41,8 @@ TEST_CASE("moments do not cancel beside a large mean", "[base][statistics]") {
   CHECK(m.variance() == Approx(1000.0 / 999).epsilon(1e-6));
 }
 
-TEST_CASE("merged moments are those of the whole, in the same bits each time", "[base][statistics]") {
+TEST_CASE("merged moments are those of the whole, in the same bits each time",
+          "[base][statistics]") {
   Moments whole, left, right, empty;
   Stream stream(1, 0, 0);
   for (int i = 0; i < 1000; ++i) {
@@ -66,8 +66,8 @@ TEST_CASE("merged moments are those of the whole, in the same bits each time", "
 }
 
 TEST_CASE("a mean over batches has Student's error", "[base][statistics]") {
-  // The true mean lies within t(15, 5 %) standard errors in 95 % of the cases; the normal law's 1.96
-  // would claim it in 93.1 %.
+  // The true mean lies within t(15, 5 %) standard errors in 95 % of the cases; the normal
+  // law's 1.96 would claim it in 93.1 %.
   const int trials = 20000;
   const double t = test::student_limit(0.05, 15);
   CHECK(t == Approx(2.13145).epsilon(1e-5));
