@@ -21,7 +21,6 @@ constexpr double kBandScale = 2 * kBoltzmannConstant * (kBoltzmannConstant / kPl
                               (kBoltzmannConstant / kPlanckConstant) /
                               (kSpeedOfLight * kSpeedOfLight);
 constexpr double kSmallest = 1e-300;
-constexpr double kLogSmallest = -690.7755278982137;  // ln kSmallest
 
 // The integrand falls as e^-x: what lies this far beyond a piece's lower end is below rounding.
 constexpr double kReach = 60;

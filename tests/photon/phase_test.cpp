@@ -153,7 +153,6 @@ TEST_CASE("the chi-square test sees a sampler that is slightly wrong", "[photon]
 }
 
 TEST_CASE("the cosine and one minus the cosine are one sample", "[photon][phase]") {
-  Stream stream(2, 0, 0);
   for (const PhaseFunction& p :
        {PhaseFunction::isotropic(), PhaseFunction::rayleigh(),
         PhaseFunction::henyey_greenstein(0.7), PhaseFunction::henyey_greenstein(-0.9), ragged(),
