@@ -13,6 +13,9 @@ find_package(nlohmann_json REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(fmt REQUIRED)
 find_package(hwy REQUIRED)
+# NanoVDB's headers call these two directly.
+find_package(ZLIB REQUIRED)
+find_library(OBSCURA_BLOSC blosc REQUIRED)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(netcdf REQUIRED IMPORTED_TARGET netcdf)
 
@@ -40,4 +43,4 @@ endforeach()
 add_library(obscura_dependencies INTERFACE)
 target_link_libraries(obscura_dependencies INTERFACE
   OpenVDB::openvdb OpenImageIO::OpenImageIO embree hwy::hwy fmt::fmt
-  nlohmann_json::nlohmann_json CLI11::CLI11 PkgConfig::netcdf Threads::Threads)
+  nlohmann_json::nlohmann_json CLI11::CLI11 PkgConfig::netcdf ZLIB::ZLIB ${OBSCURA_BLOSC} Threads::Threads)
