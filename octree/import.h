@@ -31,7 +31,7 @@ struct GridInfo {
   std::uint64_t leaves = 0;      ///< 8^3 nodes that the file stores voxel by voxel
   std::uint64_t bytes_source = 0;  ///< of the tree in memory in the file's own form (OpenVDB, NanoVDB)
   std::uint64_t bytes_dense = 0;   ///< float32 over `resolution`
-  std::size_t times = 1;         ///< steps of a time-dependent variable; the first is read
+  std::size_t times = 1;         ///< steps of a time-dependent variable; the range is that of the first
 };
 
 /// A grid that is wanted and what its values may be. NaN and infinities are always refused.
@@ -41,6 +41,7 @@ struct GridRequest {
   /// A background other than 0 is the value between the stored voxels, as in many temperature grids.
   /// Without it such a grid is refused: a density would fill all of space.
   bool fills_space = false;
+  std::size_t time = 0;  ///< step of a time-dependent variable (.nc)
 };
 
 /// Every grid of a volume file (.vdb .nvdb .nc .txt .json), those that can't be opened included.
