@@ -62,9 +62,12 @@ Format format_of(const std::filesystem::path& path) {
 std::vector<GridInfo> inspect_volume(const std::filesystem::path& file) {
   switch (detail::format_of(file)) {
     case detail::Format::vdb: return detail::inspect_vdb(file);
-    default: break;
+    case detail::Format::nvdb: return detail::inspect_nvdb(file);
+    case detail::Format::netcdf: return detail::inspect_netcdf(file);
+    case detail::Format::les: return detail::inspect_les(file);
+    case detail::Format::raw: break;
   }
-  throw InputError(file.string(), "is of a kind that isn't read yet", "use .vdb");
+  return detail::inspect_raw(file);
 }
 
 std::vector<VoxelStream> open_volume(const std::filesystem::path& file, const std::vector<GridRequest>& grids) {
@@ -74,9 +77,12 @@ std::vector<VoxelStream> open_volume(const std::filesystem::path& file, const st
   };
   switch (detail::format_of(file)) {
     case detail::Format::vdb: return streams(detail::read_vdb(file, grids));
-    default: break;
+    case detail::Format::nvdb: return streams(detail::read_nvdb(file, grids));
+    case detail::Format::netcdf: return detail::open_netcdf(file, grids);
+    case detail::Format::les: return streams(detail::read_les(file, grids));
+    case detail::Format::raw: break;
   }
-  throw InputError(file.string(), "is of a kind that isn't read yet", "use .vdb");
+  return detail::open_raw(file, grids);
 }
 
 std::vector<VoxelStream> open_volume(const std::filesystem::path& file, const std::vector<std::string>& grids) {

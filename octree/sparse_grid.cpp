@@ -153,7 +153,6 @@ class Lookup {
   bool fill(const Vec3i& corner, std::span<float, kBrickVoxels> values) const {
     if (const auto* brick = find(bricks_, corner)) {
       grid_->read(*brick, values);
-      if (grid_->release) grid_->release(*brick);
       return true;
     }
     std::fill(values.begin(), values.end(), value(corner));
@@ -277,6 +276,7 @@ std::vector<VoxelStream> make_streams(const std::string& name, std::vector<Spars
     });
     Group& group = home == groups.end() ? groups.emplace_back() : *home;
     if (!range.bounds.isEmpty()) group.bounds.extendBy(range.bounds);
+    if (!grid.extent.isEmpty()) group.bounds.extendBy(grid.extent);
     group.grids.push_back(std::move(grid));
   }
 

@@ -23,10 +23,9 @@ struct SparseGrid {
   float background = 0;
   std::vector<Vec3i> bricks;      ///< corners, aligned to 8
   std::vector<SparseTile> tiles;
+  Box3i extent;  ///< of the file's lattice where it has one; empty: the values' own bounds
   /// The 512 values of a brick, x fastest. Called from several threads.
   std::function<void(std::size_t brick, std::span<float, 512> values)> read;
-  /// Frees a brick after its last read; may be empty.
-  std::function<void(std::size_t brick)> release;
 };
 
 /// What a scan of all values says.

@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::uint32_t kOldestVersion = 220;
 constexpr std::uint32_t kNewestVersion = 225;
+constexpr std::uintmax_t kSmallFile = std::uintmax_t{256} << 20;
 
 using ScalarGrids = openvdb::TypeList<openvdb::FloatGrid, openvdb::DoubleGrid, openvdb::Int32Grid,
                                       openvdb::Int64Grid, openvdb::BoolGrid, openvdb::MaskGrid>;
@@ -71,6 +72,11 @@ class VdbFile {
     } catch (const InputError&) {
       throw;
     } catch (const std::bad_alloc&) {
+      // A damaged file asks for absurd sizes; a small one that is whole cannot.
+      std::error_code ignored;
+      if (std::filesystem::file_size(path_, ignored) < kSmallFile)
+        throw InputError(path_, "can't be read: it holds impossible sizes",
+                         "the file may be truncated; copy or write it again");
       throw ResourceError(path_, "not enough memory to read the file");
     } catch (const std::exception& e) {
       throw InputError(path_, fmt::format("can't be read: {}", e.what()),
