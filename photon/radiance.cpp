@@ -27,6 +27,9 @@ double emitted_radiance(const World& world, int interval, const Ray& ray) noexce
   return radiance;
 }
 
+/// Most scattering points of one ray: their streams are numbered below this.
+constexpr int kMostPoints = 64;
+
 /// A point where light scatters into a ray.
 struct ScatteringPoint {
   std::uint32_t ray;
@@ -112,7 +115,7 @@ class Pass {
     for (std::size_t i = 0; i < rays_.size(); ++i) {
       const double lost = one_minus_exp(depths_[i]);
       if (!(lost > 0)) continue;
-      const int count = std::max(1, static_cast<int>(std::ceil(lost * settings_.points)));
+      const int count = std::clamp(static_cast<int>(std::ceil(lost * settings_.points)), 1, kMostPoints);
       Stream stream = stream_of(i, 0);
       for (int k = 0; k < count; ++k) {
         const double u = (k + stream.uniform()) / count;
@@ -205,8 +208,17 @@ class Pass {
     shadows.push_back({point.ray, point.weight * radiance});
   }
 
+  /// The map is asked at one point of each ray, for all of them: rays of a pixel share photons, so that
+  /// more points would cost more and know little more.
   void add_map() {
-    for (const ScatteringPoint& point : points_) {
+    for (std::size_t first = 0, end; first < points_.size(); first = end) {
+      end = first + 1;
+      while (end < points_.size() && points_[end].ray == points_[first].ray) ++end;
+      const std::size_t count = end - first;
+      Stream stream = stream_of(points_[first].ray, 1 + kMostPoints);
+      const auto chosen = std::min(count - 1, static_cast<std::size_t>(stream.uniform() * static_cast<double>(count)));
+      ScatteringPoint point = points_[first + chosen];
+      point.weight *= static_cast<double>(count);
       const Ray& ray = rays_[point.ray];
       const Vec3d x = ray.at(point.t);
       const LocalScattering scattering(world_, interval_, x);
