@@ -48,8 +48,9 @@ class PixelSum {
 
  private:
   struct Sums {
-    double radiance = 0;     // running mean and squared deviations (Welford)
-    double deviation2 = 0;
+    double radiance = 0;     // running mean
+    double last = 0;         // of the ray before
+    double steps2 = 0;       // sum of squared differences between successive rays
     double ray_noise = 0;    // sum over rays of the batches' variance of the mean
     double bias = 0;
     double transmission = 0;

@@ -56,7 +56,7 @@ TEST_CASE("with scattering the furnace's image has its radiance in the mean", "[
   };
   for (const Case c : {Case{0.5, 0}, Case{0.9, 0.7}, Case{0.95, -0.3}}) {
     const World world(grey_contents(rough(c.albedo, c.g), kRadiance));
-    const ImageMean mean = photograph(world, 400000).mean(0);
+    const ImageMean mean = photograph(world, 400000, 48).mean(0);
     INFO("albedo " << c.albedo << ", g " << c.g << ": mean " << mean.mean << " +- " << mean.standard_error);
     CHECK(std::abs(mean.mean - kRadiance) < 3 * mean.standard_error);
     CHECK(mean.standard_error < 0.003 * kRadiance);
@@ -65,6 +65,6 @@ TEST_CASE("with scattering the furnace's image has its radiance in the mean", "[
 
 TEST_CASE("a furnace whose sky is colder is seen to be none", "[physics][furnace]") {
   const World world(grey_contents(rough(0.5, 0), 0.95 * kRadiance));
-  const ImageMean mean = photograph(world, 400000).mean(0);
+  const ImageMean mean = photograph(world, 400000, 48).mean(0);
   CHECK(std::abs(mean.mean - kRadiance) > 3 * mean.standard_error);
 }

@@ -108,9 +108,9 @@ TEST_CASE("a pixel is the mean of its rays", "[sensor][film]") {
   CHECK(band.transmission == Approx(0.25).epsilon(1e-14));
   CHECK(pixel.depth_m() == 5);
   CHECK(pixel.rays() == 3);
-  // Radiances 3, 5, 10 have the variance 13; batches agree.
-  CHECK(band.variance == Approx(13.0 / 3).epsilon(1e-12));
-  CHECK(band.ray_variance == Approx(13.0 / 3).epsilon(1e-12));
+  // Radiances 3, 5, 10: steps of 2 and 5 make the variance (4 + 25) / 4; batches agree.
+  CHECK(band.variance == Approx(7.25 / 3).epsilon(1e-12));
+  CHECK(band.ray_variance == Approx(7.25 / 3).epsilon(1e-12));
   for (const double batch : band.batch) CHECK(batch == Approx(6).epsilon(1e-14));
 }
 
