@@ -111,12 +111,13 @@ double derivative(std::span<const Piece> pieces, double K) noexcept {
 // ln(1 + e^a): proportional to 1 / K for a monochromatic radiance e^-a.
 double log1p_exp(double a) noexcept { return a > 40 ? a : std::log1p(std::exp(a)); }
 
-// Newton for u = 1/K on y(u) = ln(1 + C / L), C = kC1 / um^5 times the band's width: y is exactly
-// linear in u for one wavelength, and nearly so for a band. Kept inside a bracket.
+// Newton for ln L as a function of K^-p, with p from the second derivative: ln L is straight over
+// 1/K (p = 1) in Wien's law and over ln K (p = 0) in a power law. Kept inside a bracket.
 double invert(std::span<const Piece> pieces, double target) noexcept {
   if (!(target > 0) || pieces.empty()) return target != target ? target : 0.0;
   if (target == kInfinity) return kInfinity;
 
+  // Start from the mean wavelength alone.
   double weight = 0, moment = 0;
   for (const Piece& p : pieces) {
     const double w = 0.5 * (p.um_max - p.um_min) * (p.response_min + p.response_max);
@@ -124,32 +125,29 @@ double invert(std::span<const Piece> pieces, double target) noexcept {
     moment += w * 0.5 * (p.um_min + p.um_max);
   }
   const double um = moment / weight;
-  const double log_scale = std::log(kC1 * weight) - 5 * std::log(um);
   const double log_target = std::log(target);
-  const double y_target = log1p_exp(log_scale - log_target);
-  double u = y_target * um / kC2;
+  double K = kC2 / (um * log1p_exp(std::log(kC1 * weight) - 5 * std::log(um) - log_target));
+
   double low = 0, high = kInfinity;
   for (int step = 0; step < 200; ++step) {
-    const LogPlanck planck = log_radiance(pieces, 1 / u);
-    const double a = log_scale - planck.log;
-    // Newton's step from ln L directly where y and its target are equal to rounding.
-    const double gap = planck.log - log_target;  // > 0: too hot, u must grow
-    if (gap > 0)
-      low = u;
-    else
-      high = u;
-    const double y_slope = planck.slope / (u * (1 + std::exp(-a)));  // dy / du
-    const double difference =
-        std::abs(gap) < 1e-3 ? gap / (1 + std::exp(-a)) : y_target - log1p_exp(a);
-    double next = u + difference / y_slope;
-    if (!(next > low && next < high)) {
-      next = high == kInfinity ? 4 * u : low == 0 ? 0.25 * u : std::sqrt(low * high);
+    const LogPlanck planck = log_radiance(pieces, K);
+    const double gap = log_target - planck.log;
+    if (gap > 0) {
+      low = K;
+    } else {
+      high = K;
     }
-    const double change = std::abs(next - u);
-    u = next;
-    if (change <= 1e-13 * u) break;
+    const double p = planck.slope - 1 - planck.second / planck.slope;  // -d ln(slope) / d ln K
+    const double rise = gap / planck.slope;
+    const double log_step = std::abs(p) < 1e-8 ? rise : -std::log1p(-p * rise) / p;
+    double next = K * std::exp(log_step);
+    if (std::abs(next - K) <= 1e-13 * K) return next;
+    if (!(next > low && next < high)) {  // also where the step is not a number
+      next = high == kInfinity ? 4 * K : low == 0 ? 0.25 * K : std::sqrt(low * high);
+    }
+    K = next;
   }
-  return 1 / u;
+  return K;
 }
 
 // One piece with response 1.

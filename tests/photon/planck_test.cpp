@@ -136,6 +136,10 @@ TEST_CASE("radiance and temperature are inverse over the whole range", "[photon]
       CHECK(relative(brightness_temperature(a, b, radiance), K) < 1e-12);
     }
   }
+  for (double K = 2; K < 1e6; K *= 1.07) {
+    const double radiance = planck_band(0.3, 100, K);
+    CHECK(relative(brightness_temperature(0.3, 100, radiance), K) < 1e-13);
+  }
   CHECK(brightness_temperature(8, 12, 0.0) == 0);
   CHECK(brightness_temperature(8, 12, -1.0) == 0);
   CHECK(brightness_temperature(10.0, 0.0) == 0);
