@@ -151,8 +151,8 @@ TEST_CASE("the estimate is in proportion to power over emitted", "[photon][photo
 
 TEST_CASE("a map far from the world's origin is as exact as one at it", "[photon][photon_map]") {
   const auto photons = uniform_photons(1000, {1, 1, 1}, 8);
-  const Vec3d far(1e7, -1e7, 3e6), x(0.3, 0.25, 0.5);  // exact in double beside 1e7
-  const Vec3d exact(0.3125, 0.25, 0.5);
+  const Vec3d far(1e7, -1e7, 3e6);
+  const Vec3d exact(0.3125, 0.25, 0.5);  // in double, beside 1e7 too
   CHECK(distances(PhotonMap(photons, far), far + exact, 64) == distances(PhotonMap(photons), exact, 64));
 }
 
