@@ -102,8 +102,9 @@ TEST_CASE("a lattice of photons and a query at one of them has no division by 0"
   for (const Kernel kernel : {Kernel::constant, Kernel::epanechnikov, Kernel::cone, Kernel::gaussian}) {
     GatherSettings settings;
     settings.kernel = kernel;
-    CHECK(estimate(map, {5, 5, 5}, k, one, settings).value == Approx(1).epsilon(0.2));
-    CHECK(estimate(map, {4.5, 4.5, 4.5}, k, one, settings).value == Approx(1).epsilon(0.2));
+    // Only as near as balls of a lattice are to their volume.
+    CHECK(estimate(map, {5, 5, 5}, k, one, settings).value == Approx(1).epsilon(0.3));
+    CHECK(estimate(map, {4.5, 4.5, 4.5}, k, one, settings).value == Approx(1).epsilon(0.3));
   }
 }
 
@@ -116,7 +117,9 @@ TEST_CASE("a single sheet of medium has an estimate", "[stability][photon_map]")
     for (Photon& photon : photons) photon.position.z = 0.5f + 0.02f * (photon.position.z - 0.5f);
     for (Photon& photon : photons) photon.power = 1.0f * 0.02f / 4000;
     const auto k = [](const Vec3d& y) { return std::abs(y.z - 0.5) < 0.01 ? 1.0 : 0.0; };
-    const Estimate e = estimate(PhotonMap(photons), {0.5, 0.5, 0.5}, k, one, {});
+    // Elsewhere in each: the cubature is the same at the same point.
+    const Vec3d x(0.3 + 0.4 * m / maps, 0.5, 0.5);
+    const Estimate e = estimate(PhotonMap(photons), x, k, one, {});
     CHECK(std::isfinite(e.value));
     sum += e.value;
   }
