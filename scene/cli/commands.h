@@ -16,6 +16,7 @@ struct Command {
 
 Command add_render(CLI::App& program);
 Command add_info(CLI::App& program);
+Command add_convert(CLI::App& program);
 Command add_compare(CLI::App& program);
 Command add_schema(CLI::App& program);
 

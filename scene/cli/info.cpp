@@ -3,6 +3,7 @@
 #include "commands.h"
 #include "console.h"
 #include "octree/build.h"
+#include "octree/export.h"
 #include "octree/import.h"
 #include "quantities.h"
 
@@ -47,7 +48,7 @@ void print_grid(const GridInfo& grid) {
   if (grid.times > 1) fmt::print("  times        {}; the first is read\n", grid.times);
 }
 
-void print_sizes(const GridInfo& grid, const char* kind, const OctreeStatistics& s) {
+void print_sizes(const std::string& kind, const OctreeStatistics& s, const OtherForms& others) {
   const auto against = [&](const char* what, std::uint64_t bytes) {
     if (bytes > 0) {
       fmt::print("; {:.3g} of {} ({})", static_cast<double>(s.bytes) / static_cast<double>(bytes), what,
@@ -56,7 +57,9 @@ void print_sizes(const GridInfo& grid, const char* kind, const OctreeStatistics&
   };
   fmt::print("  {:<12} {}", kind, bytes_text(s.bytes));
   against("dense", s.bytes_dense);
-  against("the file's tree in memory", grid.bytes_source);
+  against("OpenVDB", others.bytes_openvdb);
+  against("NanoVDB", others.bytes_nanovdb);
+  against("its Fp8", others.bytes_nanovdb_fp8);
   fmt::print("\n");
 }
 
@@ -89,15 +92,17 @@ int info(const InfoArguments& a) {
         open_volume(a.file, std::vector<GridRequest>{{grid.name, /*require_non_negative=*/false, /*fills_space=*/true}});
     const auto [lossless, report] = build_octree(streams.at(0), {.tolerance = 0, .measure = {}}, console.progress());
     console.finish();
-    print_sizes(grid, "lossless", lossless.statistics());
+    const OtherForms others = measure_other_forms(streams.at(0));
+    print_sizes("lossless", lossless.statistics(), others);
     print_leaves(lossless.statistics());
-    fmt::print("               built in {:.2f} s\n", report.seconds);
+    fmt::print("               built in {:.2f} s (NanoVDB's conversion: {:.2f} s)\n", report.seconds,
+               others.seconds_nanovdb);
     const double extinction = grid.min >= 0 ? assumed_extinction(lossless, 0) : 0;
     if (!(tolerance > 0) || !(extinction > 0)) continue;
     const auto [merged, cost] = build_octree(
         streams.at(0), {.tolerance = tolerance, .measure = {{extinction}, {}}}, console.progress());
     console.finish();
-    print_sizes(grid, fmt::format("within {:g}", tolerance).c_str(), merged.statistics());
+    print_sizes(fmt::format("within {:g}", tolerance), merged.statistics(), others);
     print_leaves(merged.statistics());
     fmt::print("               built in {:.2f} s; transmission wrong by at most {:.2g} (bound {:.2g}) at optical depth {:g}\n",
                cost.seconds, cost.error_measured, cost.error_bound, kAssumedDepth);

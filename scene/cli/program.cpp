@@ -81,7 +81,7 @@ int dispatch(int argc, char** argv) {
   program.set_version_flag("--version", std::string("obscura ") + OBSCURA_VERSION, "Print the version");
   program.set_help_flag("-h,--help", "Print this help");
   program.footer(kFooter);
-  const std::vector<Command> commands = {add_render(program), add_info(program),
+  const std::vector<Command> commands = {add_render(program), add_info(program), add_convert(program),
                                          add_compare(program), add_schema(program)};
   const std::vector<std::string> names = names_of(commands);
   if (const auto problem = command_problem(argc, argv, names)) return report({*problem});
