@@ -71,8 +71,9 @@ void print_leaves(const OctreeStatistics& s) {
     all += s.leaves[level];
     levels += fmt::format("{}{}^3: {}", levels.empty() ? "" : ", ", std::uint64_t{1} << level, s.leaves[level]);
   }
-  fmt::print("               {} leaves ({} voxels); {} B a leaf\n", all, levels.empty() ? "none" : levels,
-             all == 0 ? 0 : s.bytes / all);
+  fmt::print("               {} leaves ({} voxels); {:.3g} B a leaf\n", all,
+             levels.empty() ? "none" : levels,
+             all == 0 ? 0.0 : static_cast<double>(s.bytes) / static_cast<double>(all));
 }
 
 int info(const InfoArguments& a) {
@@ -104,8 +105,9 @@ int info(const InfoArguments& a) {
     console.finish();
     print_sizes(fmt::format("within {:g}", tolerance), merged.statistics(), others);
     print_leaves(merged.statistics());
-    fmt::print("               built in {:.2f} s; transmission wrong by at most {:.2g} (bound {:.2g}) at optical depth {:g}\n",
-               cost.seconds, cost.error_measured, cost.error_bound, kAssumedDepth);
+    fmt::print("               built in {:.2f} s; error of a ray's transmission {:.3g} measured on {} rays,\n"
+               "               {:.3g} at most, where the thickest chord has optical depth {:g}\n",
+               cost.seconds, cost.error_measured, cost.rays, cost.error_bound, kAssumedDepth);
   }
   return kDone;
 }

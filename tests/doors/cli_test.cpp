@@ -176,6 +176,91 @@ TEST_CASE("info shows the grids of a volume and what their octrees cost", "[door
   CHECK(run_program("info /absent.vdb").exit_code == 2);
 }
 
+TEST_CASE("convert writes OpenVDB and says the error it made", "[doors][cli]") {
+  const Folder folder("convert");
+  std::ofstream raw(folder.file("ramp.f32"), std::ios::binary);
+  for (int i = 0; i < 16 * 8 * 8; ++i) {
+    const float value = static_cast<float>(i % 16) + 0.001F * static_cast<float>(i % 7);
+    raw.write(reinterpret_cast<const char*>(&value), sizeof value);
+  }
+  raw.close();
+  folder.write("ramp.json", R"({"raw": "ramp.f32", "type": "float32", "resolution": [16, 8, 8], "order": "x-fastest",
+                                "voxel_m": [1, 1, 1], "origin_m": [0, 0, 0], "grid": "density"})");
+  const std::string command = "convert '" + folder.file("ramp.json") + "' '" + folder.file("ramp.vdb") + "' ";
+  Said said = run_program(command);
+  INFO(said.out << said.err);
+  CHECK(said.exit_code == 0);
+  CHECK(contains(said.out, "error: none"));
+  said = run_program(command);
+  CHECK(said.exit_code == 2);
+  CHECK(contains(said.err, "-f replaces it"));
+  said = run_program("info '" + folder.file("ramp.vdb") + "' --tolerance 0");
+  CHECK(contains(said.out, "density"));
+  CHECK(contains(said.out, "to 15.006"));  // the largest of the ramp's values
+  said = run_program(command + "-f --tolerance 1%");
+  INFO(said.out << said.err);
+  CHECK(said.exit_code == 0);
+  CHECK(contains(said.out, "optical depth 5"));
+  CHECK(contains(said.out, "measured on"));
+  said = run_program("convert '" + folder.file("ramp.vdb") + "' '" + folder.file("ramp.vdb") + "' -f");
+  CHECK(said.exit_code == 2);
+  CHECK(contains(said.err, "would replace an input"));
+  said = run_program(command + "-f --grid smoke");
+  CHECK(said.exit_code == 2);
+  CHECK(contains(said.err, "density"));
+}
+
+TEST_CASE("a scene becomes an image and a report", "[doors][cli]") {
+  const Folder folder("render");
+  const std::string command = "render '" + folder.file("scene.json") + "' -o '" + folder.file("a.exr") + "' ";
+  Said said = run_program(command + "--quiet");
+  INFO(said.out << said.err);
+  CHECK(said.exit_code == 0);
+  CHECK(said.err.empty());
+  CHECK(folder.has("a.exr"));
+  const Json report = Json::parse(std::ifstream(folder.file("a.json")));
+  CHECK(report["photons"]["emitted"] == 1000);
+  CHECK(report["partial"] == false);
+  CHECK(run_program(command).exit_code == 2);  // both exist
+
+  said = run_program(command + "-f --photons 2e3 --set /environment/sky/K=250 --time 1min --report '" +
+                     folder.file("r.json") + "'");
+  INFO(said.out << said.err);
+  CHECK(said.exit_code == 0);
+  const Json other = Json::parse(std::ifstream(folder.file("r.json")));
+  CHECK(other["photons"]["emitted"] == 2000);
+  CHECK(other["hash"] != report["hash"]);
+
+  const Said compared = run_program("compare '" + folder.file("a.exr") + "' '" + folder.file("a.exr") + "'");
+  INFO(compared.out << compared.err);
+  CHECK(compared.exit_code == 0);
+  CHECK(contains(compared.out, "lwir.radiance"));
+  CHECK(contains(compared.out, "image error: 0\n"));
+  CHECK(run_program("compare '" + folder.file("a.exr") + "' /absent.exr").exit_code == 2);
+}
+
+TEST_CASE("warnings go to stderr even when quiet", "[doors][cli]") {
+  const Folder folder("warnings");
+  const Said said = run_program("render '" + folder.file("scene.json") + "' -o '" + folder.file("a.exr") +
+                                "' --quiet --set /clouds/0/temperature=null");
+  INFO(said.out << said.err);
+  CHECK(said.exit_code == 0);
+  CHECK(said.out.empty());
+  CHECK(contains(said.err, "warning: cloud \"cloud1\" has no temperature: it does not emit in band \"lwir\""));
+}
+
+TEST_CASE("Ctrl-C writes what there is, marked partial", "[doors][cli]") {
+  const Folder folder("interrupt");
+  // Enough photons to be caught at work; the shell sends the signal after a second.
+  const std::string render = "'" OBSCURA_PROGRAM "' render '" + folder.file("scene.json") + "' -o '" +
+                             folder.file("a.exr") + "' --photons 2e8 --quiet >/dev/null 2>&1";
+  const int status = std::system(("timeout -s INT 1 " + render).c_str());
+  CHECK(WEXITSTATUS(status) == 124);  // timeout's word for having sent the signal
+  REQUIRE(folder.has("a.json"));
+  CHECK(folder.has("a.exr"));
+  CHECK(Json::parse(std::ifstream(folder.file("a.json")))["partial"] == true);
+}
+
 TEST_CASE("the schema can be printed", "[doors][cli]") {
   const Said said = run_program("schema");
   CHECK(said.exit_code == 0);
