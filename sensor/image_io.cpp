@@ -159,10 +159,10 @@ Image read_image(const fs::path& path) {
 }
 
 void write_png(const fs::path& path, const Raster& raster) {
-  const OIIO::ImageSpec spec(raster.columns, raster.rows, 3, OIIO::TypeDesc::UINT8);
+  const OIIO::ImageSpec spec(raster.columns(), raster.rows(), 3, OIIO::TypeDesc::UINT8);
   const auto fill = [&](int y, int rows, std::uint8_t* out) {
-    const std::ptrdiff_t row = 3 * static_cast<std::ptrdiff_t>(raster.columns);
-    std::copy_n(raster.rgb.begin() + y * row, rows * row, out);
+    const std::ptrdiff_t row = 3 * static_cast<std::ptrdiff_t>(raster.columns());
+    std::copy_n(raster.rgb().begin() + y * row, rows * row, out);
   };
   write_atomically(path, [&](const fs::path& temporary) {
     write_rows<std::uint8_t>(temporary, path, "png", spec, OIIO::TypeDesc::UINT8, fill);

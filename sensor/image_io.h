@@ -1,11 +1,10 @@
 // Image files: OpenEXR for numbers, PNG for eyes. Written under a temporary name and renamed.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
-#include <vector>
 
 #include "sensor/image.h"
+#include "sensor/raster.h"
 
 namespace obscura {
 
@@ -19,13 +18,7 @@ void write_image(const std::filesystem::path& path, const Image& image);
 /// @throws InputError where the file is missing, broken or deep
 Image read_image(const std::filesystem::path& path);
 
-/// 8 bits, red green blue, row by row from the top left.
-struct Raster {
-  int columns = 0;
-  int rows = 0;
-  std::vector<std::uint8_t> rgb;
-};
-
+/// 8 bits per colour.
 /// @throws ResourceError where it cannot be written
 void write_png(const std::filesystem::path& path, const Raster& raster);
 

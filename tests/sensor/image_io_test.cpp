@@ -156,8 +156,11 @@ TEST_CASE("what cannot be written is a failure of the world and loses nothing",
 
 TEST_CASE("a PNG holds the raster", "[sensor][image_io]") {
   const Folder folder;
-  Raster raster{3, 70, {}};
-  for (int i = 0; i < 3 * 70 * 3; ++i) raster.rgb.push_back(static_cast<std::uint8_t>(i * 7));
+  Raster raster(3, 70);
+  for (int i = 0; i < 210; ++i) {
+    const auto shade = [i](int k) { return static_cast<std::uint8_t>(i * k); };
+    raster.set(i % 3, i / 3, {shade(7), shade(11), shade(13)});
+  }
   write_png(folder.path / "a.png", raster);
   const Image back = read_image(folder.path / "a.png");
   REQUIRE(back.columns() == 3);
@@ -166,7 +169,7 @@ TEST_CASE("a PNG holds the raster", "[sensor][image_io]") {
   int wrong = 0;
   for (std::size_t i = 0; i < 210; ++i) {
     for (std::size_t c = 0; c < 3; ++c) {
-      wrong += std::lround(back.channel(names[c])[i] * 255) != raster.rgb[3 * i + c];
+      wrong += std::lround(back.channel(names[c])[i] * 255) != raster.rgb()[3 * i + c];
     }
   }
   CHECK(wrong == 0);
