@@ -4,12 +4,9 @@
 #include <cassert>
 #include <cmath>
 
+#include "photon/purpose.h"
+
 namespace obscura {
-namespace {
-
-constexpr std::uint32_t kPurpose = 3;  // pixel positions
-
-}  // namespace
 
 Stratum stratum(int index, int count) noexcept {
   // Row r holds cells [r * count / rows, (r + 1) * count / rows): its height is its share of them.
@@ -57,7 +54,7 @@ PixelRays Sampler::pixel(int x, int y) const noexcept {
                               static_cast<std::uint64_t>(x);
   const int count = settings_.max_oversampling;
   return PixelRays(*camera_, x, y, count, pixel * static_cast<std::uint64_t>(count),
-                   Stream(settings_.seed, pixel, kPurpose));
+                   Stream(settings_.seed, pixel, purpose_id(Purpose::pixel)));
 }
 
 }  // namespace obscura
