@@ -130,14 +130,9 @@ class Pass {
     for (std::size_t k = 0; k < flights.size(); ++k) {
       // Rounding at the far border of a cloud may leave the last bit of depth unreached: no point there.
       if (!ends[k].collided) continue;
-      const Ray& ray = rays_[owners[k]];
-      double t = ends[k].t;
-      const LocalOptics local = world_.at_collision(interval_, ray, t);
-      if (!(local.scattering > 0)) {
-        if (!(local.extinction > 0)) ++counts_.anomalies;
-        continue;
-      }
-      points_.push_back({owners[k], t, weights[k] * local.scattering / local.extinction});
+      const LocalOptics local = world_.at_collision(interval_, flights[k], ends[k]);
+      if (!(local.scattering > 0)) continue;
+      points_.push_back({owners[k], ends[k].t, weights[k] * local.scattering / local.extinction});
     }
     counts_.scattering_points += points_.size();
   }

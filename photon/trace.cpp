@@ -94,17 +94,16 @@ void trace_chunk(const World& world, int interval, const TraceSettings& settings
     std::size_t kept = 0;
     for (std::size_t i = 0; i < active.size(); ++i) {
       History& history = active[i];
-      double t = ends[i].collided ? ends[i].t : hits[i].t;
       LocalOptics local;
-      if (ends[i].collided) local = world.at_collision(interval, flights[i].ray, t);
+      if (ends[i].collided) local = world.at_collision(interval, flights[i], ends[i]);
+      const double t = ends[i].collided ? ends[i].t : hits[i].t;
       for (std::size_t r = 0; r < rectangles.size(); ++r) {
         const int count = crossings(world, rectangles[r], history.position, history.direction, t);
         (count > 0 ? result.flux[r].forward : result.flux[r].backward)[batch] +=
             std::abs(count) * history.power;
       }
-      if (!ends[i].collided || !(local.extinction > 0)) {
-        if (ends[i].collided) ++result.anomalies;
-        (ends[i].collided || hits[i].t == kInfinity ? energy.escaped : energy.surface)[batch] += history.power;
+      if (!ends[i].collided) {
+        (hits[i].t == kInfinity ? energy.escaped : energy.surface)[batch] += history.power;
         continue;
       }
       history.position = world.wrap(flights[i].ray.at(t));

@@ -38,6 +38,25 @@ CloudFrame make_frame(const Cloud& cloud) {
   return frame;
 }
 
+/// One flight by the world walk, in double. Returns the optics of the segment that it collided in; the
+/// end is kept off that segment's faces, so that a look-up there finds the same.
+LocalOptics walk_to_depth(const World& world, int interval, const Flight& flight, FreePath& end) noexcept {
+  end = {flight.ray.t_max, 0.0, false};
+  WorldWalk walk(world, interval, flight.ray);
+  while (walk.next()) {
+    const double length = walk.end() - walk.begin();
+    const double depth = walk.optics().extinction * length;
+    if (end.depth + depth >= flight.target_depth && depth > 0) {
+      const double t = walk.begin() + (flight.target_depth - end.depth) / walk.optics().extinction;
+      const double margin = 1e-6 * length;
+      end = {std::clamp(t, walk.begin() + margin, walk.end() - margin), flight.target_depth, true};
+      return walk.optics();
+    }
+    end.depth += depth;
+  }
+  return {};
+}
+
 }  // namespace
 
 CloudOptics::CloudOptics(const Cloud& cloud, const Band& band, int interval, int index)
@@ -176,9 +195,6 @@ World::World(WorldContents contents) : contents_(std::move(contents)) {
     frames_.push_back(make_frame(cloud));
     const Box3d& local = frames_.back().local_bounds;
     if (!local.isEmpty()) bounds_.extendBy(transform_box(cloud.local_to_world, local));
-    const double voxel = std::cbrt(std::abs(linear_determinant(cloud.octree->index_to_local()) *
-                                            linear_determinant(cloud.local_to_world)));
-    voxel_ = voxel_ > 0 ? std::min(voxel_, voxel) : voxel;
     for (std::size_t axis = 0; axis < 2; ++axis) {
       if (cloud.period_m[axis] <= 0) continue;
       if (!periodic()) periodic_cloud_ = static_cast<int>(frames_.size()) - 1;
@@ -284,19 +300,10 @@ LocalOptics World::at(int interval, const Vec3d& point) const noexcept {
   return result;
 }
 
-LocalOptics World::at_collision(int interval, const Ray& ray, double& t) const noexcept {
-  LocalOptics here = at(interval, ray.at(t));
+LocalOptics World::at_collision(int interval, const Flight& flight, FreePath& end) const noexcept {
+  const LocalOptics here = at(interval, flight.ray.at(end.t));
   if (here.extinction > 0) return here;
-  for (const double step : {1e-5, 1e-4, 1e-3, 1e-2, 1e-1}) {
-    for (const double moved : {t - step * voxel_, t + step * voxel_}) {
-      here = at(interval, ray.at(moved));
-      if (here.extinction > 0) {
-        t = moved;
-        return here;
-      }
-    }
-  }
-  return {};
+  return walk_to_depth(*this, interval, flight, end);
 }
 
 Vec3d World::wrap(const Vec3d& point) const noexcept {
@@ -391,22 +398,7 @@ void World::reach_depths(int interval, std::span<const Flight> flights,
     }
     return;
   }
-  for (std::size_t i = 0; i < flights.size(); ++i) {
-    const Flight& flight = flights[i];
-    FreePath end{flight.ray.t_max, 0.0, false};
-    WorldWalk walk(*this, interval, flight.ray);
-    while (walk.next()) {
-      const double extinction = walk.optics().extinction;
-      const double depth = extinction * (walk.end() - walk.begin());
-      if (end.depth + depth >= flight.target_depth && depth > 0) {
-        const double t = walk.begin() + (flight.target_depth - end.depth) / extinction;
-        end = {std::min(t, walk.end()), flight.target_depth, true};
-        break;
-      }
-      end.depth += depth;
-    }
-    ends[i] = end;
-  }
+  for (std::size_t i = 0; i < flights.size(); ++i) walk_to_depth(*this, interval, flights[i], ends[i]);
 }
 
 }  // namespace obscura

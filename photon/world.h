@@ -116,9 +116,10 @@ class World {
 
   /// Optics at a point; periodic clouds repeat.
   LocalOptics at(int interval, const Vec3d& point) const noexcept;
-  /// Optics where a flight has collided; t moves by less than a tenth of a voxel where rounding has put
-  /// the point across the border of the cell that it collided in. Extinction 0 where nothing is near.
-  LocalOptics at_collision(int interval, const Ray& ray, double& t) const noexcept;
+  /// Optics where a flight has collided. Where the batched walk's rounding has carried the end out of
+  /// what the flight collided with, the flight is walked again in double and the end put right; it may
+  /// turn out not to have collided.
+  LocalOptics at_collision(int interval, const Flight& flight, FreePath& end) const noexcept;
   /// A point moved into the first periodic cell.
   Vec3d wrap(const Vec3d& point) const noexcept;
   /// The index-space point of a cloud, wrapped into its cell where it is periodic.
@@ -144,7 +145,6 @@ class World {
   Spheres spheres_;
   Box3d bounds_;
   Vec3d origin_{0, 0, 0};
-  double voxel_ = 0;  // side of the smallest voxel, m
   int periodic_cloud_ = -1;
   std::array<Vec3d, 2> period_{Vec3d(0), Vec3d(0)};
   Affine world_to_map_;

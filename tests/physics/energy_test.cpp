@@ -38,7 +38,7 @@ BatchTally absorbed_by_fluence(const World& world, const PhotonMap& map) {
   const Octree& octree = *world.clouds()[0].octree;
   const CloudOptics& optics = world.optics(0, 0);
   GatherSettings gather;
-  gather.nearest = 24;  // a narrow kernel: less blur, and the sum needs no quiet single values
+  gather.nearest = 40;  // a narrow kernel: less blur, and the sum needs no quiet single values
   octree.for_each_leaf([&](const Cell& cell, std::span<const float> values) {
     const LocalOptics local = optics.at([&](int channel) { return values[static_cast<std::size_t>(channel)]; });
     const double side = 0.1 * std::exp2(cell.level);
