@@ -76,19 +76,17 @@ struct PhotonWeight {
 /// @param rounds  moments of independent rounds, each divided by the weight of its points
 PhotonWeight photon_weight(std::span<const BallMoments> rounds, bool correct) noexcept;
 
-}  // namespace detail
+/// Relative standard error of the denominator above which it is not believed.
+inline constexpr double kMostDoubt = 0.5;
 
-/// The estimate at x (m, world).
-/// @param extinction  double(const Vec3d& y): k at y in 1/m, of the medium whose collisions the map
-///                    holds; >= 0, 0 outside. It has to repeat where the map does.
-/// @param weight      double(const Vec3d& direction): what light that travels there counts
-/// Where the map has no more than k photons, the farthest of all gives the radius and is not counted: in
-/// a ball that holds the whole cloud the mean is still right. Photons at one place only, or a single one,
-/// have no density: value 0.
+/// The estimate in the ball about x, and where its nearest photon is. `resolved` tells whether the
+/// cubature has met enough of the medium.
+/// @param at_photon  x is the place of a photon, which is not counted
 template <class Extinction, class Weight>
-Estimate estimate(const PhotonMap& map, const Vec3d& x, const Extinction& extinction,
-                  const Weight& weight, const GatherSettings& settings) noexcept {
+Estimate estimate_in_ball(const PhotonMap& map, const Vec3d& x, const Extinction& extinction, const Weight& weight,
+                          const GatherSettings& settings, bool at_photon, Vec3d& neighbour, bool& resolved) noexcept {
   Estimate result;
+  resolved = true;
 
   // The ball: k neighbours, the last of which gives the radius and is not counted. What is as far as
   // that is not counted either; where it is all there is, the search goes farther.
@@ -137,11 +135,31 @@ Estimate estimate(const PhotonMap& map, const Vec3d& x, const Extinction& extinc
   const auto inner_counts =
       detail::photon_weight({inner.data(), std::size_t(rounds)}, settings.edge_correction);
 
+  resolved = counts.level > 0 && counts.variance <= detail::kMostDoubt * detail::kMostDoubt;
+
+  // Rounds agree too when none has met what holds the photons: a hundredth of the extinction at the
+  // photons is the least that they can be trusted to find.
+  double photons_extinction = kInfinity;
+  constexpr int kAsked = 4;
+  for (int i = 0; i < kAsked; ++i) {
+    const Vec3d d(map.offset(local, nearest.index(i * (nearest.count() - 1) / kAsked)));
+    photons_extinction = std::min(photons_extinction, extinction(x + d));
+  }
+  double mean_extinction = 0;
+  for (int round = 0; round < rounds; ++round) mean_extinction += outer[round].zeroth / rounds;
+  if (mean_extinction < 0.01 * photons_extinction) resolved = false;
+
   // The photons, into their batches.
   double inner_sum = 0;
+  float closest = kInfinity;
   for (int i = 0; i < nearest.count(); ++i) {
     const float distance2 = nearest.distance2(i);
     if (!(distance2 < rim)) continue;
+    if (distance2 < closest) {
+      closest = distance2;
+      neighbour = x + Vec3d(map.offset(local, nearest.index(i)));
+    }
+    if (at_photon && distance2 == 0) continue;
     ++result.photons;
     const Photon& photon = map.photon(nearest.index(i));
     const Vec3d d = Vec3d(map.offset(local, nearest.index(i))) / radius;
@@ -173,6 +191,28 @@ Estimate estimate(const PhotonMap& map, const Vec3d& x, const Extinction& extinc
     result.bias = 2 * (result.value - inner_sum * norm * kShrunk);
   }
   return result;
+}
+
+}  // namespace detail
+
+/// The estimate at x (m, world).
+/// @param extinction  double(const Vec3d& y): k at y in 1/m, of the medium whose collisions the map
+///                    holds; >= 0, 0 outside. It has to repeat where the map does.
+/// @param weight      double(const Vec3d& direction): what light that travels there counts
+/// Where the map has no more than k photons, the farthest of all gives the radius and is not counted: in
+/// a ball that holds the whole cloud the mean is still right. Photons at one place only, or a single one,
+/// have no density: value 0.
+/// In a wisp so far from all else that the ball only just reaches what holds the photons, the cubature
+/// cannot resolve the denominator: the light there is taken to be that at the nearest photon.
+template <class Extinction, class Weight>
+Estimate estimate(const PhotonMap& map, const Vec3d& x, const Extinction& extinction, const Weight& weight,
+                  const GatherSettings& settings) noexcept {
+  Vec3d neighbour = x;
+  bool resolved;
+  Estimate result = detail::estimate_in_ball(map, x, extinction, weight, settings, false, neighbour, resolved);
+  if (resolved || result.photons == 0) return result;
+  const Vec3d there = neighbour;
+  return detail::estimate_in_ball(map, there, extinction, weight, settings, true, neighbour, resolved);
 }
 
 }  // namespace obscura
