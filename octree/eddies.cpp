@@ -6,24 +6,17 @@ namespace {
 
 constexpr std::uint32_t kPurpose = 0x65646479;  // this file's random numbers
 
-/// Four floats at a time: a vector of the potential with its padding.
-struct Row {
-  std::array<float, 4> v{};
-
-  void add(const std::array<float, 4>& p, float weight) noexcept {
-    for (int i = 0; i < 4; ++i) v[i] += p[i] * weight;
-  }
-};
-
 /// The three quadratic B-spline weights around a point and their derivatives; the first lattice index.
 struct Spline {
   int first;
   std::array<float, 3> weight, slope;
 
   explicit Spline(double x) noexcept {
-    const double centre = std::floor(x + 0.5);
-    const auto t = static_cast<float>(x - centre);  // [-0.5, 0.5)
-    first = static_cast<int>(centre) - 1;
+    // A multiple of the period makes the number positive, where truncation is floor.
+    constexpr int periods = 1 << 28;
+    const int centre = static_cast<int>(x + (periods + 0.5));
+    const auto t = static_cast<float>(x - (centre - periods));  // [-0.5, 0.5)
+    first = centre - 1;
     weight = {0.5f * (0.5f - t) * (0.5f - t), 0.75f - t * t, 0.5f * (0.5f + t) * (0.5f + t)};
     slope = {t - 0.5f, -2 * t, t + 0.5f};
   }
@@ -33,7 +26,7 @@ struct Spline {
 
 CurlNoise::CurlNoise(std::uint64_t seed) : potential_(kSize * kSize * kSize) {
   Stream random(seed, 0, kPurpose);
-  for (auto& p : potential_)
+  for (Float4& p : potential_)
     for (int axis = 0; axis < 3; ++axis) p[axis] = static_cast<float>(2 * random.uniform() - 1);
 
   // Unit RMS, measured at seeded points.
@@ -49,21 +42,20 @@ CurlNoise::CurlNoise(std::uint64_t seed) : potential_(kSize * kSize * kSize) {
 Vec3d CurlNoise::raw(const Vec3d& point) const noexcept {
   const Spline x(point.x), y(point.y), z(point.z);
   // Gradients of the three components of the potential.
-  Row dx, dy, dz;
+  Float4 dx{}, dy{}, dz{};
   for (int k = 0; k < 3; ++k)
     for (int j = 0; j < 3; ++j) {
       const int row = (((z.first + k) & (kSize - 1)) * kSize + ((y.first + j) & (kSize - 1))) * kSize;
-      Row value, slope;
-      for (int i = 0; i < 3; ++i) {
-        const auto& p = potential_[row + ((x.first + i) & (kSize - 1))];
-        value.add(p, x.weight[i]);
-        slope.add(p, x.slope[i]);
-      }
-      dx.add(slope.v, y.weight[j] * z.weight[k]);
-      dy.add(value.v, y.slope[j] * z.weight[k]);
-      dz.add(value.v, y.weight[j] * z.slope[k]);
+      const Float4 a = potential_[row + (x.first & (kSize - 1))];
+      const Float4 b = potential_[row + ((x.first + 1) & (kSize - 1))];
+      const Float4 c = potential_[row + ((x.first + 2) & (kSize - 1))];
+      const Float4 value = a * x.weight[0] + b * x.weight[1] + c * x.weight[2];
+      const Float4 slope = a * x.slope[0] + b * x.slope[1] + c * x.slope[2];
+      dx += slope * (y.weight[j] * z.weight[k]);
+      dy += value * (y.slope[j] * z.weight[k]);
+      dz += value * (y.weight[j] * z.slope[k]);
     }
-  return {double(dy.v[2]) - dz.v[1], double(dz.v[0]) - dx.v[2], double(dx.v[1]) - dy.v[0]};
+  return {double(dy[2]) - dz[1], double(dz[0]) - dx[2], double(dx[1]) - dy[0]};
 }
 
 Vec3d CurlNoise::operator()(const Vec3d& point) const noexcept { return raw(point) * scale_; }

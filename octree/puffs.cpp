@@ -23,7 +23,7 @@ constexpr double kGravity = 9.80665;
 constexpr double kSourceSigma = 0.15;     // m, of the hot jet above a pot
 constexpr double kSourceSpeed = 2;        // m/s, of the same
 constexpr double kEntrainment = 0.35;     // sigma gained per metre of rise (radius 0.6 of it: Briggs 1975)
-constexpr double kCutoff = 3;             // sigmas
+constexpr double kCutoff = 2.6;            // sigmas
 constexpr int kClumps = 5;                // a puff is this many smaller ones
 constexpr double kClumpSigma = 0.45;      // of the puff's; the rest of the variance is in their places
 constexpr std::uint64_t kMaxVoxels = std::uint64_t{1} << 27;
@@ -46,11 +46,12 @@ class Plume {
     speed_ = std::max(0.5, wind_.length());
     // Buoyancy flux of the jet, F = g w r^2 (T - Ta) / T with r^2 = 2 sigma^2.
     const double excess = std::max(0.0, (source.K - kAmbientK) / source.K);
-    flux_ = kGravity * kSourceSpeed * 2 * kSourceSigma * kSourceSigma * excess;
+    const double flux = kGravity * kSourceSpeed * 2 * kSourceSigma * kSourceSigma * excess;
+    rise_ = 1.6 * std::cbrt(flux / speed_);
   }
 
   /// Briggs' transitional rise of a bent-over plume: 1.6 F^(1/3) x^(2/3) / u at x = u t.
-  double rise(double age) const noexcept { return 1.6 * std::cbrt(flux_ / speed_) * std::pow(age, 2.0 / 3); }
+  double rise(double age) const noexcept { return rise_ * std::cbrt(age * age); }
   double sigma(double age) const noexcept {
     const double entrained = kEntrainment * rise(age);
     const double ambient = 0.3 * turbulence_ * speed_ * age + 0.02 * age;
@@ -60,7 +61,18 @@ class Plume {
     return source_->position_m + wind_ * age + Vec3d(0, 0, rise(age));
   }
   double speed() const noexcept { return speed_; }
-  const Vec3d& origin() const noexcept { return source_->position_m; }
+  /// Sigma of the smoke that has come as far as a point.
+  double width_at(const Vec3d& point) const noexcept {
+    return sigma((point - source_->position_m).length() / speed_);
+  }
+
+  /// Concentration on the axis of a smooth plume, or in the middle of a single puff, at a point's distance.
+  double mean_concentration(const Vec3d& point) const noexcept {
+    const double width = width_at(point);
+    const double puff = source_->mass_g / std::pow(std::sqrt(2 * kPi) * width, 3);
+    if (source_->burn_s == 0) return puff;
+    return std::min(puff, source_->mass_g / source_->burn_s / (2 * kPi * width * width * speed_));
+  }
 
   /// Concentration of the undiluted smoke at the source, g/m3: excess heat dilutes as mass does.
   double source_concentration() const noexcept {
@@ -72,7 +84,7 @@ class Plume {
  private:
   const PuffSource* source_;
   Vec3d wind_;
-  double turbulence_, sigma0_, speed_, flux_;
+  double turbulence_, sigma0_, speed_, rise_;
 };
 
 Vec3d normal3(Stream& random) noexcept {
@@ -203,7 +215,7 @@ VoxelStream puffs_stream(const PuffSettings& settings) {
     const Clump& clump = clumps[i];
     const Plume& plume = plumes[clump.source];
     reach[i] = kCutoff * clump.sigma +
-               eddies.farthest(plume.sigma((clump.centre - plume.origin()).length() / plume.speed()));
+               eddies.farthest(plume.width_at(clump.centre));
     Vec3i low, high;
     for (int axis = 0; axis < 3; ++axis) {
       low[axis] = static_cast<int>(std::floor((clump.centre[axis] - reach[i]) / bin_m));
@@ -234,9 +246,15 @@ VoxelStream puffs_stream(const PuffSettings& settings) {
   smoke->temperature.resize(smoke->bricks.size());
   std::vector<double> sums(smoke->bricks.size(), 0.0);
 
+  double coldest_K = 0, hottest_K = 0;  // above the air; smoke that mixes is never outside its sources' range
+  for (const PuffSource& source : settings.sources) {
+    coldest_K = std::min(coldest_K, source.K - kAmbientK);
+    hottest_K = std::max(hottest_K, source.K - kAmbientK);
+  }
   std::vector<double> undiluted;
   for (const Plume& plume : plumes) undiluted.push_back(plume.source_concentration());
 
+  const double sharpness = 0.5 * std::min(1.0, settings.turbulence / 0.3);
   const Vec3d drift = settings.wind_m_s * settings.age_s;
 
   // Mass and excess heat at every voxel: where did the eddies bring this air from, and what was there?
@@ -253,16 +271,16 @@ VoxelStream puffs_stream(const PuffSettings& settings) {
       }
       if (distance2 < reach[i] * reach[i]) near[clumps[i].source].push_back(&clumps[i]);
     }
-    for (int v = 0; v < 512; ++v) {
+    if (std::all_of(near.begin(), near.end(), [](const auto& list) { return list.empty(); })) return;
+    const auto fill = [&](int v) {
       const Vec3d x = low + (Vec3d(v & 7, (v >> 3) & 7, v >> 6) + Vec3d(0.5)) * voxel;
       double density = 0, excess_K = 0;
+      // The eddies are as large as the plume of the nearest source lets them be, and move with the wind.
+      double width = kInfinity;
+      for (const Plume& plume : plumes) width = std::min(width, plume.width_at(x));
+      Vec3d from = eddies.origin_of(x - drift, width) + drift;
+      if (ground) from.z = std::abs(from.z);
       for (std::size_t s = 0; s < plumes.size(); ++s) {
-        if (near[s].empty()) continue;
-        const Plume& plume = plumes[s];
-        // Frozen turbulence: the eddies move with the wind.
-        const double width = plume.sigma((x - plume.origin()).length() / plume.speed());
-        Vec3d from = eddies.origin_of(x - drift, width) + drift;
-        if (ground) from.z = std::abs(from.z);
         double concentration = 0;
         for (const Clump* clump : near[s]) {
           const Vec3d d = from - clump->centre;
@@ -273,13 +291,25 @@ VoxelStream puffs_stream(const PuffSettings& settings) {
           const double mirrored = (d.length2() + 4 * from.z * clump->centre.z) * clump->falloff;
           if (mirrored < cut) concentration += clump->amplitude * std::exp(-mirrored);
         }
+        if (concentration == 0) continue;
+        // Engulfed air stays clean: what is far below the plume's mean is thinned out, which leaves
+        // edges and voids; the mass is made good below.
+        const double edge = sharpness * plumes[s].mean_concentration(x);
+        concentration *= concentration * concentration / (concentration * concentration + edge * edge);
+        if (concentration < 1e-3 * edge) continue;
         density += concentration;
         excess_K += (settings.sources[s].K - kAmbientK) * std::min(1.0, concentration / undiluted[s]);
       }
       smoke->density[b][v] = static_cast<float>(density);
-      smoke->temperature[b][v] = static_cast<float>(kAmbientK + excess_K);
-      sums[b] += density;
-    }
+      smoke->temperature[b][v] = static_cast<float>(kAmbientK + std::clamp(excess_K, coldest_K, hottest_K));
+      return density;
+    };
+    // Where one voxel in eight finds nothing there is nothing.
+    double sampled = 0;
+    for (int v = 0; v < 512; ++v)
+      if ((v & 0b001001001) == 0) sampled += fill(v);
+    if (sampled == 0) return;
+    for (int v = 0; v < 512; ++v) sums[b] += fill(v);
   });
 
   // The mass that was released, to rounding: cut-off tails and stretching are made good by one factor.
