@@ -72,14 +72,16 @@ std::vector<GridInfo> inspect_volume(const std::filesystem::path& file) {
 
 std::vector<VoxelStream> open_volume(const std::filesystem::path& file, const std::vector<GridRequest>& grids) {
   if (grids.empty()) throw InputError(file.string(), "no grid is asked for", "name at least one");
-  const auto streams = [&](std::vector<detail::SparseGrid> read) {
-    return detail::make_streams(file.string(), std::move(read));
+  // Trees are consumed while they pour, and read again should they pour again.
+  const auto sparse = [&](auto* read) {
+    return detail::make_streams(file.string(), read(file, grids),
+                                [file, read](const std::vector<GridRequest>& again) { return read(file, again); });
   };
   switch (detail::format_of(file)) {
-    case detail::Format::vdb: return streams(detail::read_vdb(file, grids));
-    case detail::Format::nvdb: return streams(detail::read_nvdb(file, grids));
+    case detail::Format::vdb: return sparse(detail::read_vdb);
+    case detail::Format::nvdb: return sparse(detail::read_nvdb);
     case detail::Format::netcdf: return detail::open_netcdf(file, grids);
-    case detail::Format::les: return streams(detail::read_les(file, grids));
+    case detail::Format::les: return detail::make_streams(file.string(), detail::read_les(file, grids));
     case detail::Format::raw: break;
   }
   return detail::open_raw(file, grids);

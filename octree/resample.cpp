@@ -132,10 +132,7 @@ VoxelStream resample(VoxelStream onto, VoxelStream field) {
   joined.index_to_local = onto.index_to_local;
   joined.name = onto.name;
 
-  // The field fills whole bricks of `onto`, so that the bounds grow to bricks.
   joined.bounds = onto.bounds;
-  if (!onto.bounds.isEmpty())
-    joined.bounds = Box3i(ancestor(onto.bounds.min, 3), ancestor(onto.bounds.max + Vec3i(7), 3));
 
   const Affine to_field = onto.index_to_local * field.index_to_local.inverse();
   const auto state = std::make_shared<const std::pair<VoxelStream, VoxelStream>>(std::move(onto), std::move(field));
@@ -147,10 +144,12 @@ VoxelStream resample(VoxelStream onto, VoxelStream field) {
     const std::size_t added = source.channels.size();
 
     const auto brick = [&](const Vec3i& corner, const float* const* values) {
-      std::vector<float> sampled(512 * added), at(added);
+      std::vector<float> sampled(512 * added, 0.0f), at(added);
       HeldStream::Block block;
       for (int v = 0; v < 512; ++v) {
-        const Vec3d centre = Vec3d(corner + Vec3i(v & 7, (v >> 3) & 7, v >> 6)) + Vec3d(0.5);
+        const Vec3i voxel = corner + Vec3i(v & 7, (v >> 3) & 7, v >> 6);
+        if (!base.bounds.intersects(voxel) || !base.bounds.intersects(voxel + Vec3i(1))) continue;
+        const Vec3d centre = Vec3d(voxel) + Vec3d(0.5);
         sample(held, transform_point(to_field, centre), at, block);
         for (std::size_t c = 0; c < added; ++c) sampled[c * 512 + v] = at[c];
       }

@@ -136,7 +136,7 @@ Partition partition(std::span<const SparseGrid> grids) {
 /// Finds the brick or the uniform value of one grid at a block.
 class Lookup {
  public:
-  explicit Lookup(const SparseGrid& grid) : grid_(&grid) {
+  Lookup(const SparseGrid& grid, bool consume) : grid_(&grid), consume_(consume) {
     bricks_.reserve(grid.bricks.size());
     for (std::size_t i = 0; i < grid.bricks.size(); ++i) bricks_.emplace_back(grid.bricks[i], i);
     std::sort(bricks_.begin(), bricks_.end(),
@@ -153,6 +153,7 @@ class Lookup {
   bool fill(const Vec3i& corner, std::span<float, kBrickVoxels> values) const {
     if (const auto* brick = find(bricks_, corner)) {
       grid_->read(*brick, values);
+      if (consume_ && grid_->release) grid_->release(*brick);
       return true;
     }
     std::fill(values.begin(), values.end(), value(corner));
@@ -174,14 +175,15 @@ class Lookup {
   }
 
   const SparseGrid* grid_;
+  bool consume_;
   std::vector<std::pair<Vec3i, std::size_t>> bricks_;
   std::array<std::vector<std::pair<Vec3i, float>>, kLevels.size()> tiles_;
 };
 
-void pour_grids(std::span<const SparseGrid> grids, const VoxelSink& sink) {
+void pour_grids(std::span<const SparseGrid> grids, bool consume, const VoxelSink& sink) {
   const Partition blocks = partition(grids);
   std::vector<Lookup> lookups;
-  for (const SparseGrid& grid : grids) lookups.emplace_back(grid);
+  for (const SparseGrid& grid : grids) lookups.emplace_back(grid, consume);
   const std::size_t channels = grids.size();
 
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks.bricks.size(), 16), [&](const auto& range) {
@@ -258,7 +260,7 @@ bool same_lattice(const Affine& a, const Affine& b, const Box3i& bounds) {
   return farthest <= 1e-6;
 }
 
-std::vector<VoxelStream> make_streams(const std::string& name, std::vector<SparseGrid> grids) {
+std::vector<VoxelStream> make_streams(const std::string& name, std::vector<SparseGrid> grids, Reload reload) {
   struct Group {
     std::vector<SparseGrid> grids;
     Box3i bounds;
@@ -296,8 +298,24 @@ std::vector<VoxelStream> make_streams(const std::string& name, std::vector<Spars
       stream.bounds.min = ancestor(stream.bounds.min, 3);
       stream.bounds.max = ancestor(stream.bounds.max + Vec3i(7), 3);
     }
-    auto shared = std::make_shared<const std::vector<SparseGrid>>(std::move(group.grids));
-    stream.pour = [shared](const VoxelSink& sink) { pour_grids(*shared, sink); };
+    struct State {
+      std::mutex mutex;
+      std::vector<SparseGrid> grids;
+      std::vector<GridRequest> requests;
+    };
+    const auto state = std::make_shared<State>();
+    for (const SparseGrid& grid : group.grids) state->requests.push_back(grid.request);
+    state->grids = std::move(group.grids);
+    stream.pour = [state, reload](const VoxelSink& sink) {
+      if (!reload) return pour_grids(state->grids, false, sink);
+      std::vector<SparseGrid> mine;
+      {
+        const std::lock_guard lock(state->mutex);
+        mine.swap(state->grids);
+      }
+      if (mine.empty()) mine = reload(state->requests);
+      pour_grids(mine, true, sink);
+    };
     streams.push_back(std::move(stream));
   }
   return streams;

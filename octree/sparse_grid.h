@@ -26,6 +26,8 @@ struct SparseGrid {
   Box3i extent;  ///< of the file's lattice where it has one; empty: the values' own bounds
   /// The 512 values of a brick, x fastest. Called from several threads.
   std::function<void(std::size_t brick, std::span<float, 512> values)> read;
+  /// Gives back the memory of a brick that will not be read again; may be empty.
+  std::function<void(std::size_t brick)> release;
 };
 
 /// What a scan of all values says.
@@ -42,7 +44,11 @@ SparseRange check(const SparseGrid& grid);
 /// True where two lattices are one: all voxels coincide to 1e-6 of a voxel within `bounds`.
 bool same_lattice(const Affine& a, const Affine& b, const Box3i& bounds);
 
-/// Checks the grids and makes one stream per lattice.
-std::vector<VoxelStream> make_streams(const std::string& name, std::vector<SparseGrid> grids);
+/// Reads the grids of a file again.
+using Reload = std::function<std::vector<SparseGrid>(const std::vector<GridRequest>&)>;
+
+/// Checks the grids and makes one stream per lattice. With `reload` the first pour consumes the grids,
+/// brick by brick, and a further pour reads the file again; without it they stay in the stream.
+std::vector<VoxelStream> make_streams(const std::string& name, std::vector<SparseGrid> grids, Reload reload = {});
 
 }  // namespace obscura::detail

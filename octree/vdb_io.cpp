@@ -141,9 +141,9 @@ SparseGrid sparse_grid(const typename Grid::Ptr& grid, const GridRequest& reques
   result.index_to_local = index_to_local(*grid);
   result.background = to_float(grid->background());
 
-  auto leaves = std::make_shared<std::vector<const Leaf*>>();
+  auto leaves = std::make_shared<std::vector<Leaf*>>();
   leaves->reserve(grid->tree().leafCount());
-  for (auto leaf = grid->tree().cbeginLeaf(); leaf; ++leaf) {
+  for (auto leaf = grid->tree().beginLeaf(); leaf; ++leaf) {
     leaves->push_back(&*leaf);
     result.bricks.push_back(corner_of(leaf->origin()));
   }
@@ -153,6 +153,12 @@ SparseGrid sparse_grid(const typename Grid::Ptr& grid, const GridRequest& reques
   result.read = [grid, leaves](std::size_t brick, std::span<float, 512> values) {
     copy_leaf(*(*leaves)[brick], values);
   };
+  if constexpr (std::is_floating_point_v<typename Grid::ValueType>) {
+    result.release = [leaves](std::size_t brick) {
+      typename Leaf::Buffer nothing(openvdb::PartialCreate(), 0);
+      (*leaves)[brick]->swap(nothing);
+    };
+  }
   return result;
 }
 

@@ -68,9 +68,9 @@ TEST_CASE("scalars of every type are read", "[octree][import][vdb]") {
   CHECK(value(one_voxel<openvdb::Int32Grid>({1, 2, 3}, 7)) == 7.0f);
   CHECK(value(one_voxel<openvdb::Int64Grid>({1, 2, 3}, 9)) == 9.0f);
   CHECK(value(one_voxel<openvdb::BoolGrid>({1, 2, 3}, true)) == 1.0f);
-  auto half = one_voxel<openvdb::FloatGrid>({1, 2, 3}, 0.1f);
-  half->setSaveFloatAsHalf(true);
-  CHECK(value(half) == Approx(0.1).epsilon(1e-3));
+  auto narrow = one_voxel<openvdb::FloatGrid>({1, 2, 3}, 0.1f);
+  narrow->setSaveFloatAsHalf(true);
+  CHECK(value(narrow) == Approx(0.1).epsilon(1e-3));
   write_grids(folder / "v.vdb", {one_voxel<openvdb::Vec3SGrid>({1, 2, 3}, openvdb::Vec3f(1, 2, 3))});
   CHECK_THAT(message(folder / "v.vdb"), Catch::Contains("vec3s"));
 }
