@@ -12,7 +12,6 @@
 #include <array>
 #include <memory>
 #include <mutex>
-#include <set>
 #include <tuple>
 
 namespace obscura::detail {
@@ -84,52 +83,56 @@ struct Partition {
   std::vector<std::pair<Vec3i, int>> tiles;
 };
 
+void sort_unique(std::vector<Vec3i>& corners) {
+  std::sort(corners.begin(), corners.end(), CornerOrder{});
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+}
+
+bool holds(const std::vector<Vec3i>& sorted, const Vec3i& corner) {
+  return std::binary_search(sorted.begin(), sorted.end(), corner, CornerOrder{});
+}
+
 Partition partition(std::span<const SparseGrid> grids) {
+  // Every brick once, and the tiles of every level.
   Partition result;
-  std::set<std::pair<int, std::tuple<int, int, int>>> divided, done;
-  const auto key = [](int level, const Vec3i& c) {
-    return std::pair(level, std::tuple(c.z, c.y, c.x));
-  };
-
-  // Every brick, once; every block above a brick or a smaller tile is divided.
-  for (const SparseGrid& grid : grids)
+  std::array<std::vector<Vec3i>, kLevels.size()> tiles;
+  for (const SparseGrid& grid : grids) {
     result.bricks.insert(result.bricks.end(), grid.bricks.begin(), grid.bricks.end());
-  std::sort(result.bricks.begin(), result.bricks.end(), CornerOrder{});
-  result.bricks.erase(std::unique(result.bricks.begin(), result.bricks.end()), result.bricks.end());
-
-  std::vector<std::pair<Vec3i, int>> open;
-  for (const SparseGrid& grid : grids)
-    for (const SparseTile& tile : grid.tiles) open.emplace_back(tile.corner, tile.level);
-  if (open.empty()) return result;
-
-  const auto divide_above = [&](const Vec3i& corner, int level) {
-    for (int above : kLevels)
-      if (above > level) divided.insert(key(above, ancestor(corner, above)));
-  };
-  for (const Vec3i& corner : result.bricks) divide_above(corner, 3);
-  for (const auto& [corner, level] : open) divide_above(corner, level);
-
-  // A tile of one grid where another is finer is split until it lies beside what is finer.
-  while (!open.empty()) {
-    const auto [corner, level] = open.back();
-    open.pop_back();
-    if (!done.insert(key(level, corner)).second) continue;
-    if (level == 3 && std::binary_search(result.bricks.begin(), result.bricks.end(), corner, CornerOrder{}))
-      continue;
-    if (level == 3 || !divided.count(key(level, corner))) {
-      result.tiles.emplace_back(corner, level);
-      continue;
-    }
-    const int child = *(std::find(kLevels.begin(), kLevels.end(), level) - 1);
-    const int count = 1 << (level - child);
-    for (int z = 0; z < count; ++z)
-      for (int y = 0; y < count; ++y)
-        for (int x = 0; x < count; ++x)
-          open.emplace_back(corner + Vec3i(x, y, z) * (1 << child), child);
+    for (const SparseTile& tile : grid.tiles)
+      tiles[static_cast<std::size_t>(std::find(kLevels.begin(), kLevels.end(), tile.level) - kLevels.begin())]
+          .push_back(tile.corner);
   }
-  std::sort(result.tiles.begin(), result.tiles.end(), [](const auto& a, const auto& b) {
-    return CornerOrder{}(a.first, b.first);
-  });
+  sort_unique(result.bricks);
+  for (auto& level : tiles) sort_unique(level);
+
+  // From coarse to fine: a tile with a brick or a smaller tile of another grid inside is split.
+  for (std::size_t level = kLevels.size(); level-- > 0;) {
+    if (level == 0) {
+      for (const Vec3i& corner : tiles[0])
+        if (!holds(result.bricks, corner)) result.tiles.emplace_back(corner, kLevels[0]);
+      break;
+    }
+    if (tiles[level].empty()) continue;
+    std::vector<Vec3i> divided;
+    const auto divide = [&](const std::vector<Vec3i>& finer) {
+      for (const Vec3i& corner : finer) divided.push_back(ancestor(corner, kLevels[level]));
+    };
+    divide(result.bricks);
+    for (std::size_t finer = 0; finer < level; ++finer) divide(tiles[finer]);
+    sort_unique(divided);
+    const int child = kLevels[level - 1];
+    const int count = 1 << (kLevels[level] - child);
+    for (const Vec3i& corner : tiles[level]) {
+      if (!holds(divided, corner)) {
+        result.tiles.emplace_back(corner, kLevels[level]);
+        continue;
+      }
+      for (int z = 0; z < count; ++z)
+        for (int y = 0; y < count; ++y)
+          for (int x = 0; x < count; ++x) tiles[level - 1].push_back(corner + Vec3i(x, y, z) * (1 << child));
+    }
+    sort_unique(tiles[level - 1]);
+  }
   return result;
 }
 
@@ -198,12 +201,14 @@ void pour_grids(std::span<const SparseGrid> grids, bool consume, const VoxelSink
         sink.brick(blocks.bricks[i], pointers.data());
     }
   });
-  std::vector<float> values(channels);
-  for (const auto& [corner, level] : blocks.tiles) {
-    for (std::size_t c = 0; c < channels; ++c) values[c] = lookups[c].value(corner);
-    if (std::any_of(values.begin(), values.end(), [](float v) { return v != 0; }))
-      sink.tile(corner, level, values);
-  }
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks.tiles.size(), 64), [&](const auto& range) {
+    std::vector<float> values(channels);
+    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+      for (std::size_t c = 0; c < channels; ++c) values[c] = lookups[c].value(blocks.tiles[i].first);
+      if (std::any_of(values.begin(), values.end(), [](float v) { return v != 0; }))
+        sink.tile(blocks.tiles[i].first, blocks.tiles[i].second, values);
+    }
+  });
 }
 
 }  // namespace
