@@ -126,11 +126,30 @@ void check_grey(Findings& findings, const Description& scene) {
   }
 }
 
+/// Shapes and puffs have grids of known names; those of files are known when they are opened.
+void check_grids(Findings& findings, const CloudDescription& cloud, const std::string& pointer) {
+  std::vector<std::string> grids = {"density"};
+  if (cloud.puffs) grids.emplace_back("temperature");
+  if (!cloud.puffs && (!cloud.grid || cloud.grid->kind == GridKind::file)) return;
+  const auto check = [&](const std::string& at, const std::string& name) {
+    if (std::find(grids.begin(), grids.end(), name) != grids.end()) return;
+    findings.problem(at, fmt::format("{} no grid \"{}\"", cloud.puffs ? "puffs have" : "a shape has", name),
+                     cloud.puffs ? "they have density and temperature" : "it has density alone; a temperature can be {\"K\": 300}");
+  };
+  for (std::size_t i = 0; i < cloud.media.size(); ++i) {
+    check(pointer_to(pointer_to(pointer_to(pointer, "media"), i), "density"), cloud.media[i].density);
+  }
+  if (cloud.temperature && !cloud.temperature->grid.empty()) {
+    check(pointer_to(pointer_to(pointer, "temperature"), "grid"), cloud.temperature->grid);
+  }
+}
+
 void check_clouds(Findings& findings, Description& scene) {
   check_names(findings, scene.clouds, "clouds", "cloud");
   for (std::size_t i = 0; i < scene.clouds.size(); ++i) {
     const CloudDescription& cloud = scene.clouds[i];
     const std::string pointer = element("clouds", i);
+    check_grids(findings, cloud, pointer);
     if (cloud.grid && cloud.grid->kind != GridKind::file && cloud.grid->voxel_m > 0) {
       const GridDescription& grid = *cloud.grid;
       const double size = grid.kind == GridKind::sphere

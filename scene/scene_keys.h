@@ -157,8 +157,11 @@ void keys(V& v, SourceDescription& s) {
 template <class V>
 void keys(V& v, SkyDescription& s) {
   v.optional("radiance", s.radiance, at_least(0), "radiance over the full sphere");
-  v.optional("K", s.K, at_least(0), "temperature of a black sky; not in a grey band");
-  v.later("elevation_deg", nullptr, "sky by elevation");
+  if (v.later("elevation_deg", nullptr, "sky by elevation")) {
+    v.skip("K");  // a list then
+  } else {
+    v.optional("K", s.K, at_least(0), "temperature of a black sky; not in a grey band");
+  }
   v.later("file", nullptr, "sky from an image");
 }
 
@@ -307,9 +310,9 @@ void keys(V& v, Description& d) {
   v.later("objects", Json::array(), "surfaces");
   v.later("materials", Json::object(), "materials of surfaces");
   v.optional("sources", d.sources, any(), "hot spheres");
-  ParticlesDescription particles;
+  std::optional<ParticlesDescription> particles;
   v.optional("particles", particles, any(), "hot particles over time");
-  v.particles(particles, d.particles);
+  if (particles) v.particles(*particles, d.particles);
   EnvironmentDescription environment{d.sky, d.sun, {}};
   v.optional("environment", environment, any(), "sky, sun and air");
   d.sky = environment.sky;

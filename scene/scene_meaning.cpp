@@ -39,7 +39,9 @@ void ObjectReader::phase_function(const PhaseDescription& phase, PhaseFunction& 
                                  1 + norm_change));
     }
   } catch (const InputError& error) {
-    for (const Problem& p : error.problems()) findings_.problem(pointer, p.problem, p.hint);
+    for (const Problem& p : error.problems()) {
+      findings_.problem(pointer, p.problem, p.hint.empty() ? "give a value above or at 0 for each angle" : p.hint);
+    }
   }
 }
 
@@ -58,7 +60,7 @@ void ObjectReader::periods(const std::vector<Axis>& axes, const std::vector<doub
   }
   if (axes.empty()) return;
   if (!find("period_m")) {
-    const std::string extension = cloud.grid ? cloud.grid->file.extension().string() : "";
+    const std::string extension = cloud.grid ? lower_extension(cloud.grid->file) : "";
     if (extension == ".vdb" || extension == ".nvdb") {
       findings_.problem(period,
                         fmt::format("\"period_m\" is missing: a {} file does not say where a period ends", extension),
@@ -82,7 +84,6 @@ void ObjectReader::final_gather(std::optional<int>& bounces) {
 
 void ObjectReader::particles(const ParticlesDescription& description,
                              std::vector<ParticleDescription>& particles) {
-  if (description.file.empty()) return;
   const std::string pointer = pointer_to(pointer_to(pointer_, "particles"), "file");
   const Table table = read_table(description.file, {"s", "x_m", "y_m", "z_m", "radius_m", "K"});
   if (!table.problem.empty()) {

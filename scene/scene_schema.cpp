@@ -159,6 +159,8 @@ class ObjectSchema {
     return false;
   }
 
+  void skip(const char*) {}
+
   void form(const char* key) { forms_.push_back({key, {}, {}}); }
   void form(const char* key, const char* word) {
     forms_.push_back({key, {}, {}});

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -49,6 +50,12 @@ std::string why_unreadable(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) return errno ? std::strerror(errno) : "it cannot be opened";
   return {};
+}
+
+std::string lower_extension(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
 }
 
 std::string read_text(const std::filesystem::path& file) {

@@ -10,6 +10,9 @@ namespace obscura::detail {
 /// Why a file cannot be read ("there is no such file"); empty where it can.
 std::string why_unreadable(const std::filesystem::path& file);
 
+/// ".vdb" of "Smoke.VDB".
+std::string lower_extension(const std::filesystem::path& file);
+
 /// Columns of a text table: a header line with exactly these names, then numbers between commas.
 /// Empty lines and lines that begin with # are skipped.
 struct Table {

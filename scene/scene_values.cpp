@@ -116,9 +116,7 @@ bool read_value(Findings& findings, const Json& json, const std::string& pointer
   std::string name;
   if (!read_value(findings, json, pointer, name, limits)) return false;
   const std::filesystem::path file = findings.resolve(name);
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = lower_extension(file);
   const auto& allowed = limits.extensions;
   if (!allowed.empty() && std::find(allowed.begin(), allowed.end(), extension) == allowed.end()) {
     findings.problem(pointer, fmt::format("the kind of file of \"{}\" is not known by its extension", name),

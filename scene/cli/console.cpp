@@ -106,4 +106,14 @@ std::vector<Problem> output_problems(const std::vector<Output>& outputs, bool fo
   return problems;
 }
 
+void check_writable(const std::vector<Output>& outputs) {
+  for (const Output& output : outputs) {
+    const std::filesystem::path folder = output.file.has_parent_path() ? output.file.parent_path() : ".";
+    if (access(folder.c_str(), W_OK) != 0) {
+      throw ResourceError(output.option, fmt::format("the folder \"{}\" cannot be written to", folder.string()),
+                          "change its permissions, or name another");
+    }
+  }
+}
+
 }  // namespace obscura::cli

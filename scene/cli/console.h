@@ -51,4 +51,7 @@ struct Output {
 std::vector<Problem> output_problems(const std::vector<Output>& outputs, bool force,
                                      const std::vector<std::filesystem::path>& inputs);
 
+/// @throws ResourceError where an output's folder cannot be written to: told before the work, not after
+void check_writable(const std::vector<Output>& outputs);
+
 }  // namespace obscura::cli

@@ -48,10 +48,12 @@ VoxelStream open_one_lattice(const ConvertArguments& a) {
 
 int convert(const ConvertArguments& a) {
   const double tolerance = parse_fraction(a.tolerance, "--tolerance");
-  std::vector<Problem> problems = output_problems({{a.output, "OUT", ".vdb"}}, a.force, {a.input});
+  const std::vector<Output> outputs = {{a.output, "OUT", ".vdb"}};
+  std::vector<Problem> problems = output_problems(outputs, a.force, {a.input});
   if (tolerance >= 1) problems.push_back({"--tolerance", "a transmission cannot be wrong by 1", "give less, such as 0.001"});
   if (!problems.empty()) throw InputError(std::move(problems));
 
+  check_writable(outputs);
   catch_interrupts();
   Console console(a.quiet);
   const VoxelStream stream = open_one_lattice(a);

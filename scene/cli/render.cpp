@@ -95,6 +95,7 @@ int render(const RenderArguments& a, const CLI::App& app) {
   problems.insert(problems.begin(), wrong.begin(), wrong.end());
   if (!problems.empty()) throw InputError(std::move(problems));
 
+  check_writable(outputs);
   catch_interrupts();
   Console console(a.quiet);
   RunOptions options;

@@ -290,6 +290,9 @@ TEST_CASE("values that do not go together are refused", "[scene][reader]") {
        {"/clouds/0/grid/shape", "sphere", "/clouds/0/grid/shape", "does not go with \"file\""},
        {"/clouds/2/grid/size_m", {1, 1, 1}, "/clouds/2/grid/size_m", "does not go with \"sphere\""},
        {"/clouds/2/grid/shape", "cone", "/clouds/2/grid/shape", "sphere, box, gaussian"},
+       {"/clouds/2/media/0/density", "smoke", "/clouds/2/media/0/density", "a shape has no grid \"smoke\""},
+       {"/clouds/1/media/0/density", "smoke", "/clouds/1/media/0/density", "density and temperature"},
+       {"/clouds/1/temperature", {{"grid", "T"}}, "/clouds/1/temperature/grid", "puffs have no grid \"T\""},
        {"/clouds/2/grid/voxel_m", 1e-9, "/clouds/2/grid/voxel_m", "voxels"},
        {"/clouds/0/temperature/K", 300, "/clouds/0/temperature/K", "does not go with \"grid\""},
        {"/clouds/0/periodic", {"x", "x"}, "/clouds/0/periodic", "same axis"},
@@ -315,7 +318,7 @@ TEST_CASE("a grey band takes neither kelvin nor wavelengths", "[scene][reader][g
   const Json table = Json::parse(R"({"um": [8, 12], "value": [1, 2]})");
   check_mistakes(grey, folder.path(),
                  {{"/clouds/0/temperature", {{"K", 300}}, "/clouds/0/temperature/K", "grey band \"grey\""},
-                  {"/clouds/0/temperature", {{"grid", "t"}}, "/clouds/0/temperature", "grey band"},
+                  {"/clouds/0/temperature", {{"grid", "density"}}, "/clouds/0/temperature", "grey band"},
                   {"/sources/0", {{"position_m", {0, 0, 2}}, {"radius_m", 0.1}, {"K", 900}}, "/sources/0/K", "grey band"},
                   {"/environment/sky", {{"K", 250}}, "/environment/sky/K", "give \"radiance\" instead"},
                   {"/particles", {{"file", "p.csv"}}, "/particles", "grey band"},
@@ -357,6 +360,10 @@ TEST_CASE("keys that come later are refused by name unless they hold their defau
   check_mistakes(full_scene(), folder.path(), later);
   check_mistakes(full_scene(), folder.path(), {{"/render/final_gather", 2, "/render/final_gather", "out of range"}});
 
+  check_mistakes(full_scene(), folder.path(),
+                 {{"/environment/sky", {{"elevation_deg", {0, 90}}, {"K", {280, 250}}}, "/environment/sky/elevation_deg",
+                   "not available yet"}});
+
   Json frames = full_scene();
   frames["clouds"][0].erase("grid");
   frames["clouds"][0]["frames"] = {{"by", "time"}};
@@ -368,7 +375,7 @@ TEST_CASE("keys that come later are refused by name unless they hold their defau
   for (const auto& [pointer, value] : std::vector<std::pair<const char*, Json>>{
            {"/sensor/specular_depth", 4}, {"/sensor/specular_depth", nullptr}, {"/sensor/antialiasing", {{"polygons", 2.0}}},
            {"/sensor/detector", Json::object()}, {"/sensor/detector/range", {0.0, 1.0}}, {"/objects", Json::object()},
-           {"/environment/atmosphere", nullptr}, {"/environment/moon", Json::array()}, {"/render/final_gather", 0}}) {
+           {"/environment/atmosphere", nullptr}, {"/particles", Json::object()}, {"/environment/moon", Json::array()}, {"/render/final_gather", 0}}) {
     Json changed = full_scene();
     changed[Json::json_pointer(pointer)] = value;
     INFO(pointer << " " << value.dump());
