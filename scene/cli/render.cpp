@@ -3,11 +3,9 @@
 #include "console.h"
 #include "quantities.h"
 #include "scene/run.h"
-#if __has_include("sensor/preview.h")
-#include "sensor/preview.h"
-#endif
 #include "scene/scene_io.h"
 #include "sensor/image_io.h"
+#include "sensor/preview.h"
 
 #include <fmt/format.h>
 
@@ -105,13 +103,11 @@ int render(const RenderArguments& a, const CLI::App& app) {
 
   write_image(a.output, result.image);
   write_report(report_file, result.report);
-#if __has_include("sensor/preview.h")
   if (!a.preview.empty()) {
     for (std::size_t band = 0; band < scene->bands.size(); ++band) {
       write_preview_sheet(preview_file(a.preview, *scene, band), result.image, scene->bands[band].name);
     }
   }
-#endif
   print_warnings(result.report.warnings);
   if (!a.quiet) {
     std::string written = a.output + ", " + report_file.string();

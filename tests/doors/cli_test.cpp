@@ -224,12 +224,15 @@ TEST_CASE("a scene becomes an image and a report", "[doors][cli]") {
   CHECK(run_program(command).exit_code == 2);  // both exist
 
   said = run_program(command + "-f --photons 2e3 --set /environment/sky/K=250 --time 1min --report '" +
-                     folder.file("r.json") + "'");
+                     folder.file("r.json") + "' --preview '" + folder.file("p.png") + "'");
   INFO(said.out << said.err);
   CHECK(said.exit_code == 0);
   const Json other = Json::parse(std::ifstream(folder.file("r.json")));
   CHECK(other["photons"]["emitted"] == 2000);
   CHECK(other["hash"] != report["hash"]);
+  CHECK(folder.has("p.png"));
+  said = run_program(command + "-f --threads 1 --seed 1");
+  CHECK(Json::parse(std::ifstream(folder.file("a.json")))["energy"] == report["energy"]);
 
   const Said compared = run_program("compare '" + folder.file("a.exr") + "' '" + folder.file("a.exr") + "'");
   INFO(compared.out << compared.err);

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include <unistd.h>
+
 namespace obscura::test {
 
 using Json = nlohmann::ordered_json;
@@ -16,7 +18,7 @@ using Json = nlohmann::ordered_json;
 class SceneFolder {
  public:
   explicit SceneFolder(const std::string& name)
-      : path_(std::filesystem::temp_directory_path() / ("obscura_" + name)) {
+      : path_(std::filesystem::temp_directory_path() / ("obscura_" + name + "_" + std::to_string(getpid()))) {
     std::filesystem::remove_all(path_);
     std::filesystem::create_directory(path_);
     write("smoke.vdb", "not read here");

@@ -10,6 +10,8 @@
 #include <fstream>
 #include <limits>
 
+#include <unistd.h>
+
 using namespace obscura;
 
 namespace {
@@ -75,7 +77,7 @@ TEST_CASE("the report keeps every digit and writes null for what is not finite",
 }
 
 TEST_CASE("the report is written whole or not at all", "[scene][report]") {
-  const auto folder = std::filesystem::temp_directory_path() / "obscura_report_test";
+  const auto folder = std::filesystem::temp_directory_path() / ("obscura_report_test_" + std::to_string(getpid()));
   std::filesystem::remove_all(folder);
   std::filesystem::create_directory(folder);
   write_report(folder / "r.json", example());
