@@ -246,7 +246,10 @@ GridInfo describe(const openvdb::GridBase::Ptr& grid) {
 std::vector<GridInfo> inspect_vdb(const std::filesystem::path& path) {
   VdbFile file(path);
   std::vector<GridInfo> result;
-  for (const std::string& name : file.names()) result.push_back(describe(file.read(name)));
+  for (const std::string& name : file.names()) {
+    result.push_back(describe(file.read(name)));
+    result.back().name = name;  // as open_volume() takes it, with its number where names repeat
+  }
   return result;
 }
 

@@ -123,6 +123,16 @@ TEST_CASE("grids of one file may differ in transform", "[octree][import][vdb]") 
   CHECK((here - Vec3d(there.x(), there.y(), there.z())).length() < 1e-12);
 }
 
+TEST_CASE("grids of one name are told apart by number", "[octree][import][vdb]") {
+  const ScratchFolder folder;
+  write_grids(folder / "a.vdb", {one_voxel<openvdb::FloatGrid>({0, 0, 0}, 1), one_voxel<openvdb::FloatGrid>({0, 0, 0}, 2)});
+  const auto grids = inspect_volume(folder / "a.vdb");
+  REQUIRE(grids.size() == 2);
+  float sum = 0;
+  for (const GridInfo& grid : grids) sum += Dense(open_volume(folder / "a.vdb", std::vector<std::string>{grid.name}).at(0)).max(0);
+  CHECK(sum == 3.0f);
+}
+
 TEST_CASE("a frustum is refused, not flattened", "[octree][import][vdb]") {
   const ScratchFolder folder;
   auto grid = one_voxel<openvdb::FloatGrid>({0, 0, 0}, 1);
