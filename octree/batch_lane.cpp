@@ -12,55 +12,47 @@ Prepared prepare_lane(const TreeData& tree, const Ray& ray, LaneRay& lane) noexc
   assert(length > 0 && std::isfinite(length));
   if (!(length > 0 && length < kInfinity)) return Prepared::misses;
 
+  // Mirrored so that no direction is negative: a face that the ray starts in is then always the lower one.
   double enter = ray.t_min * length, leave = ray.t_max * length;
-  double direction[3];
-  const double per_length = 1 / length;
-  bool cut = true;
+  const double per_length = 1 / length, t_end = leave;
+  double origin[3], direction[3], inverse[3], high[3], low[3];
   for (int axis = 0; axis < 3; ++axis) {
-    const double o = ray.origin[axis];
-    const double d = direction[axis] = ray.direction[axis] * per_length;
-    const double low = tree.domain.min[axis], high = tree.domain.max[axis];
-    if (std::abs(d) < std::numeric_limits<double>::min()) {
+    const double d = std::abs(ray.direction[axis]) * per_length;
+    const bool mirrored = ray.direction[axis] < 0 && d >= std::numeric_limits<double>::min();
+    const double sign = mirrored ? -1.0 : 1.0;
+    origin[axis] = sign * ray.origin[axis];
+    direction[axis] = d;
+    low[axis] = mirrored ? -tree.domain.max[axis] : tree.domain.min[axis];
+    high[axis] = mirrored ? -tree.domain.min[axis] : tree.domain.max[axis];
+    if (d < std::numeric_limits<double>::min()) {
       direction[axis] = 0;
-      if (!(o >= low && o < high)) return Prepared::misses;
+      inverse[axis] = kInfinity;
+      if (!(origin[axis] >= low[axis] && origin[axis] < high[axis])) return Prepared::misses;
       continue;
     }
-    const double inverse = 1 / d;
-    const double to_low = (low - o) * inverse, to_high = (high - o) * inverse;
-    enter = std::max(enter, d > 0 ? to_low : to_high);
-    const double exit = d > 0 ? to_high : to_low;
-    if (exit <= leave) {
-      leave = exit;
-      cut = false;
-    }
+    inverse[axis] = 1 / d;
+    enter = std::max(enter, (low[axis] - origin[axis]) * inverse[axis]);
+    leave = std::min(leave, (high[axis] - origin[axis]) * inverse[axis]);
   }
   if (!(enter < leave)) return Prepared::misses;
 
-  const std::int32_t whole = static_cast<std::int32_t>(1) << tree.top_level;
+  const std::int32_t whole = std::int32_t{1} << tree.top_level;
   for (int axis = 0; axis < 3; ++axis) {
+    const bool mirrored = ray.direction[axis] < 0 && direction[axis] > 0;
     const double d = direction[axis];
-    const double p = ray.origin[axis] + enter * d;  // of a parallel ray: exactly where it is
-    const int low = tree.domain.min[axis], high = tree.domain.max[axis], origin = tree.origin[axis];
-    double voxel, fraction;
-    if (d < 0) {
-      voxel = std::clamp(std::ceil(p) - 1, static_cast<double>(low), static_cast<double>(high - 1));
-      fraction = voxel + 1 - p;
-      lane.voxel[axis] = whole - 1 - (static_cast<std::int32_t>(voxel) - origin);
-      lane.limit[axis] = whole - (low - origin);
-      lane.mirror[axis] = -1;
-    } else {
-      voxel = std::clamp(std::floor(p), static_cast<double>(low), static_cast<double>(high - 1));
-      fraction = p - voxel;
-      lane.voxel[axis] = static_cast<std::int32_t>(voxel) - origin;
-      lane.limit[axis] = high - origin;
-      lane.mirror[axis] = 0;
-    }
-    lane.fraction[axis] = std::clamp(static_cast<float>(fraction), 0.0f, kBelowOne);
-    lane.direction[axis] = static_cast<float>(std::abs(d));
-    lane.inverse[axis] = static_cast<float>(1 / std::abs(d));
-    if (std::abs(d) < kShallow) {
+    const double p = origin[axis] + enter * d;  // of a parallel ray: exactly where it is
+    const double voxel = std::min(std::max(std::floor(p), low[axis]), high[axis] - 1);
+    const double fraction = p - voxel;
+    const std::int32_t shift = mirrored ? whole + tree.origin[axis] : -tree.origin[axis];
+    lane.voxel[axis] = static_cast<std::int32_t>(voxel) + shift;
+    lane.limit[axis] = static_cast<std::int32_t>(high[axis]) + shift;
+    lane.mirror[axis] = mirrored ? -1 : 0;
+    lane.fraction[axis] = std::min(std::max(static_cast<float>(fraction), 0.0f), kBelowOne);
+    lane.direction[axis] = static_cast<float>(d);
+    lane.inverse[axis] = static_cast<float>(std::min(inverse[axis], static_cast<double>(kParallel)));
+    if (d < kShallow) {
       // All but parallel: it stays in its layer of voxels or is left to the scalar walk.
-      if (fraction + std::abs(d) * (leave - enter) * (1 + 1e-12) >= 1) return Prepared::shallow;
+      if (fraction + d * (leave - enter) * (1 + 1e-12) >= 1) return Prepared::shallow;
       lane.direction[axis] = 0;
       lane.inverse[axis] = kParallel;
     }
@@ -68,7 +60,7 @@ Prepared prepare_lane(const TreeData& tree, const Ray& ray, LaneRay& lane) noexc
   lane.length = leave - enter;
   lane.per_t = length;
   lane.t_enter = enter * per_length;
-  lane.cut = cut;
+  lane.cut = leave == t_end;
   return Prepared::lane;
 }
 

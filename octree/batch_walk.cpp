@@ -12,6 +12,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "octree/batch_walk.cpp"
 #include "hwy/foreach_target.h"
+#include "hwy/cache_control.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -37,6 +38,7 @@ struct Lanes {
   alignas(64) std::int32_t voxel[3][kMaxLanes];
   alignas(64) std::int32_t limit[3][kMaxLanes];
   alignas(64) std::int32_t mirror[3][kMaxLanes];
+  alignas(64) std::int32_t word[kMaxLanes];      // of the block that is entered next
   alignas(64) std::int32_t block_end[3][kMaxLanes];
   alignas(64) float fraction[3][kMaxLanes];
   alignas(64) float direction[3][kMaxLanes];
@@ -63,123 +65,168 @@ HWY_INLINE void add(DF d, float* high, float* low, VF value) {
   hn::Store(hn::Add(hn::Load(d, low), error), d, low);
 }
 
+// What changes at every step, in registers meanwhile.
+struct Moving {
+  VF t, acc;               // time now; depth since the entry
+  VF next0, next1, next2;  // times of the next planes
+  VI index;                // the leaf's number (in bits, with one channel)
+};
+
+// What a lane needs at every step.
+template <int kChannels>
+struct Hot {
+  VF t, end, limit, acc;   // time of the block's end, and a little before it
+  VF next[3], delta[3];    // time from plane to plane
+  VI stride[3], index;     // change of the leaf's number over a plane
+  VI base[kChannels], bits[kChannels], mask[kChannels];
+  VF offset[kChannels], scale[kChannels];
+};
+
+#define OBSCURA_UNROLL _Pragma("GCC unroll 3")
+
 // kFloats: the tree is lossless, values are floats; else they are packed.
 template <bool kFloats, bool kFlights, int kChannels>
 class Kernel {
  public:
-  explicit Kernel(const BatchJob& job)
+  Kernel(const BatchJob& job, std::size_t& next_ray)
       : job_(job), tree_(*job.tree), table_(reinterpret_cast<const std::int32_t*>(tree_.table.data())),
-        records_(reinterpret_cast<const float*>(tree_.records())) {}
-
-  void run() {
+        records_(reinterpret_cast<const float*>(tree_.records())), next_ray_(next_ray) {
     const DF d;
-    const std::size_t lanes = hn::Lanes(d);
-    for (std::size_t lane = 0; lane < lanes; ++lane) {
-      alive_bits_ |= std::uint32_t{1} << lane;
-      if (!refill(lane)) kill(lane);
+    for (std::size_t lane = 0; lane < kMaxLanes; ++lane) kill(lane);
+    hot_.t = hot_.end = hot_.limit = hot_.acc = hn::Zero(d);
+    hot_.index = hn::Zero(DI());
+    OBSCURA_UNROLL
+    for (int a = 0; a < 3; ++a) {
+      hot_.next[a] = hot_.delta[a] = hn::Set(d, kParallel);
+      hot_.stride[a] = hn::Zero(DI());
     }
-    if (!alive_bits_) return;
-    // No lane has a block yet: all wait.
-    t_ = end_ = limit_ = acc_ = hn::Zero(d);
-    for (int a = 0; a < 3; ++a) next_[a] = delta_[a] = hn::Set(d, kParallel);
-    for (int a = 0; a < 3; ++a) stride_x_[a] = hn::Zero(DI());
-    index_ = hn::Zero(DI());
     for (int c = 0; c < kChannels; ++c) {
-      base_[c] = bits_[c] = mask_[c] = hn::Zero(DI());
-      offset_[c] = scale_[c] = hn::Zero(d);
+      hot_.base[c] = hot_.bits[c] = hot_.mask[c] = hn::Zero(DI());
+      hot_.offset[c] = hot_.scale[c] = hn::Zero(d);
     }
-    enter_blocks(alive_bits_);
+    for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) {
+      if (refill(lane)) alive_ |= std::uint32_t{1} << lane;
+    }
+    if (alive_) look_up(alive_);
+  }
 
-    while (alive_bits_) {
-      const std::uint32_t waiting = waiting_bits() & alive_bits_;
-      if (hwy::PopCount(waiting) >= kPatience || waiting == alive_bits_) {
+  bool alive() const { return alive_ != 0; }
+
+  /// Enters the blocks that were looked up, walks until enough lanes have left theirs, looks up the next.
+  void advance() {
+    enter_blocks(entering_);
+    Moving m{hot_.t, hot_.acc, hot_.next[0], hot_.next[1], hot_.next[2], hot_.index};
+    for (;;) {
+      const std::uint32_t waiting = waiting_bits(m) & alive_;
+      if (hwy::PopCount(waiting) >= kPatience || waiting == alive_) {
+        put_back(m);
         leave_blocks(waiting);
-      } else {
-        for (int k = 0; k < kSteps; ++k) step();
+        return;
       }
+      OBSCURA_UNROLL
+      for (int k = 0; k < kSteps; ++k) step(m);
     }
   }
 
  private:
   // Lanes that wait before blocks are changed, and steps between the looks.
-  static constexpr std::size_t kPatience = HWY_MAX(1, hn::MaxLanes(DF()) / 4);
+  static constexpr std::size_t kPatience = HWY_MAX(1, hn::MaxLanes(DF()) / 2);
   static constexpr int kSteps = 3;
+  // Cache lines of a record that are fetched ahead.
+  static constexpr std::size_t kPrefetch = kFloats ? 8 : 4;
 
-  std::uint32_t waiting_bits() const {
+  HWY_INLINE void put_back(const Moving& m) {
+    hot_.t = m.t;
+    hot_.acc = m.acc;
+    hot_.next[0] = m.next0;
+    hot_.next[1] = m.next1;
+    hot_.next[2] = m.next2;
+    hot_.index = m.index;
+  }
+
+  HWY_INLINE std::uint32_t waiting_bits(const Moving& m) const {
     std::uint8_t bits[8] = {0};
-    hn::StoreMaskBits(DF(), hn::Ge(t_, limit_), bits);
+    hn::StoreMaskBits(DF(), hn::Ge(m.t, hot_.limit), bits);
     return bits[0] | static_cast<std::uint32_t>(bits[1]) << 8;
   }
 
   // The weighted value of each lane's leaf.
-  HWY_INLINE VF leaf_value() const {
+  HWY_INLINE VF leaf_value(VI index) const {
     const DF d;
     const DI di;
     VF value = hn::Zero(d);
     for (int c = 0; c < kChannels; ++c) {
       VF one;
       if (kFloats) {
-        const VI at = kChannels == 1 ? hn::Add(base_[c], index_) : hn::Add(base_[c], hn::And(index_, mask_[c]));
-        one = hn::Mul(hn::GatherIndex(d, records_, at), scale_[c]);
+        const VI at = kChannels == 1 ? hn::Add(hot_.base[c], index) : hn::Add(hot_.base[c], hn::And(index, hot_.mask[c]));
+        one = hn::Mul(hn::GatherIndex(d, records_, at), hot_.scale[c]);
       } else {
-        const VI bit = kChannels == 1 ? index_ : hn::Mul(index_, bits_[c]);
-        const VI at = hn::Add(base_[c], hn::ShiftRight<3>(bit));
+        const VI bit = kChannels == 1 ? index : hn::Mul(index, hot_.bits[c]);
+        const VI at = hn::Add(hot_.base[c], hn::ShiftRight<3>(bit));
         const VI word = hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(records_), at);
         const VI shift = hn::And(bit, hn::Set(di, 7));
-        const VI q = hn::And(as_int(hn::Shr(as_bits(word), as_bits(shift))), mask_[c]);
-        one = hn::MulAdd(scale_[c], hn::ConvertTo(d, q), offset_[c]);
+        const VI q = hn::And(as_int(hn::Shr(as_bits(word), as_bits(shift))), hot_.mask[c]);
+        one = hn::MulAdd(hot_.scale[c], hn::ConvertTo(d, q), hot_.offset[c]);
       }
       value = c == 0 ? one : hn::Add(value, one);
     }
     return value;
   }
 
+  template <int kAxis>
+  HWY_INLINE void cross(Moving& m, VF& next, VF crossed) const {
+    const MF over = hn::Le(next, crossed);
+    next = hn::Add(next, hn::IfThenElseZero(over, hot_.delta[kAxis]));
+    m.index = hn::Add(m.index, hn::IfThenElseZero(int_mask(over), hot_.stride[kAxis]));
+  }
+
   // Every lane goes on to the next leaf of its block; lanes at the block's end stay.
-  HWY_INLINE void step() {
+  HWY_INLINE void step(Moving& m) {
     const DF d;
-    const VF nearest = hn::Min(hn::Min(next_[0], next_[1]), next_[2]);
-    const MF at_end = hn::Ge(nearest, limit_);
-    const VF to = hn::IfThenElse(at_end, end_, nearest);
-    const VF value = leaf_value();
-    const VF depth = hn::MulAdd(value, hn::Sub(to, t_), acc_);
+    const VF nearest = hn::Min(hn::Min(m.next0, m.next1), m.next2);
+    const MF at_end = hn::Ge(nearest, hot_.limit);
+    const VF to = hn::IfThenElse(at_end, hot_.end, nearest);
+    const VF value = leaf_value(m.index);
+    const VF depth = hn::MulAdd(value, hn::Sub(to, m.t), m.acc);
     if (kFlights) {
       const VF target = hn::Load(d, lanes_.target);
-      const MF hit = hn::And(hn::Ge(depth, target), hn::Lt(t_, limit_));
+      const MF hit = hn::And(hn::Ge(depth, target), hn::Lt(m.t, hot_.limit));
       if (HWY_UNLIKELY(!hn::AllFalse(d, hit))) {
+        put_back(m);
         collide(hit, value, to, target);
+        m = Moving{hot_.t, hot_.acc, hot_.next[0], hot_.next[1], hot_.next[2], hot_.index};
         return;
       }
     }
-    acc_ = depth;
+    m.acc = depth;
     const VF crossed = hn::IfThenElse(at_end, hn::Set(d, -1.0f), nearest);
-    for (int a = 0; a < 3; ++a) {
-      const MF over = hn::Le(next_[a], crossed);
-      next_[a] = hn::Add(next_[a], hn::IfThenElseZero(over, delta_[a]));
-      index_ = hn::Add(index_, hn::IfThenElseZero(int_mask(over), stride_x_[a]));
-    }
-    t_ = to;
+    cross<0>(m, m.next0, crossed);
+    cross<1>(m, m.next1, crossed);
+    cross<2>(m, m.next2, crossed);
+    m.t = to;
   }
 
   // Some lanes reach their target depth in this leaf; the others stay for the next step.
   HWY_NOINLINE void collide(MF hit, VF value, VF to, VF target) {
     const DF d;
-    const VF width = hn::Sub(to, t_);
-    const VF inside = hn::Div(hn::Sub(target, acc_), hn::IfThenElse(hit, value, hn::Set(d, 1.0f)));
+    const VF width = hn::Sub(to, hot_.t);
+    const VF inside = hn::Div(hn::Sub(target, hot_.acc), hn::IfThenElse(hit, value, hn::Set(d, 1.0f)));
     // Not so near to a plane that rounding puts it into the next leaf.
     const VF margin = hn::Mul(width, hn::Set(d, 2e-5f));
-    const VF where = hn::Add(t_, hn::Min(hn::Max(inside, margin), hn::Sub(width, margin)));
+    const VF where = hn::Add(hot_.t, hn::Min(hn::Max(inside, margin), hn::Sub(width, margin)));
     end_at(hit, where);
-    acc_ = hn::IfThenElse(hit, target, acc_);
+    hot_.acc = hn::IfThenElse(hit, target, hot_.acc);
     const DI di;
     hn::Store(hn::IfThenElse(int_mask(hit), hn::Set(di, 1), hn::Load(di, lanes_.collided)), di, lanes_.collided);
   }
 
   // These lanes' blocks end here.
   HWY_INLINE void end_at(MF which, VF where) {
-    t_ = hn::IfThenElse(which, where, t_);
-    end_ = hn::IfThenElse(which, where, end_);
-    limit_ = hn::IfThenElse(which, where, limit_);
-    for (int a = 0; a < 3; ++a) next_[a] = hn::IfThenElse(which, hn::Set(DF(), kParallel), next_[a]);
+    hot_.t = hn::IfThenElse(which, where, hot_.t);
+    hot_.end = hn::IfThenElse(which, where, hot_.end);
+    hot_.limit = hn::IfThenElse(which, where, hot_.limit);
+    OBSCURA_UNROLL
+    for (int a = 0; a < 3; ++a) hot_.next[a] = hn::IfThenElse(which, hn::Set(DF(), kParallel), hot_.next[a]);
   }
 
   MF mask_of(std::uint32_t bits) const {
@@ -192,8 +239,8 @@ class Kernel {
     const DF d;
     const DI di;
     const MF which = mask_of(bits);
-    add(d, lanes_.depth[0], lanes_.depth[1], hn::IfThenElseZero(which, acc_));
-    const VF width = hn::IfThenElseZero(which, end_);
+    add(d, lanes_.depth[0], lanes_.depth[1], hn::IfThenElseZero(which, hot_.acc));
+    const VF width = hn::IfThenElseZero(which, hot_.end);
     add(d, lanes_.length_done[0], lanes_.length_done[1], width);
     add(d, lanes_.length_left[0], lanes_.length_left[1], hn::Neg(width));
     const VF left = hn::Add(hn::Load(d, lanes_.length_left[0]), hn::Load(d, lanes_.length_left[1]));
@@ -201,6 +248,7 @@ class Kernel {
     if (kFlights) done = hn::Or(done, float_mask(hn::Ne(hn::Load(di, lanes_.collided), hn::Zero(di))));
 
     // Across the planes that were reached; elsewhere the voxel follows from the way gone.
+    OBSCURA_UNROLL
     for (int a = 0; a < 3; ++a) {
       const VF fraction = hn::Load(d, lanes_.fraction[a]);
       const VI voxel = hn::Load(di, lanes_.voxel[a]), block_end = hn::Load(di, lanes_.block_end[a]);
@@ -232,28 +280,47 @@ class Kernel {
         bits &= ~(std::uint32_t{1} << lane);
       }
     }
-    if (bits) enter_blocks(bits);
+    entering_ = 0;
+    if (bits) look_up(bits);
   }
 
-  // Looks up the blocks in which these lanes are.
+  // Finds the words of the blocks in which these lanes are, and has their records fetched meanwhile.
+  HWY_INLINE void look_up(std::uint32_t bits) {
+    const DI di;
+    const std::int32_t strides[3] = {1, tree_.size.x, tree_.size.x * tree_.size.y};
+    const VI whole = hn::Set(di, (1 << (tree_.top_level - 3)) - 1);
+    VI at = hn::Zero(di);
+    OBSCURA_UNROLL
+    for (int a = 0; a < 3; ++a) {
+      const VI voxel = hn::Load(di, lanes_.voxel[a]), mirror = hn::Load(di, lanes_.mirror[a]);
+      const VI brick = hn::And(hn::Xor(hn::ShiftRight<3>(voxel), mirror), whole);
+      at = a == 0 ? brick : hn::Add(at, hn::Mul(brick, hn::Set(di, strides[a])));
+    }
+    at = hn::IfThenElseZero(int_mask(mask_of(bits)), at);
+    const VI word = hn::GatherIndex(di, table_, at);
+    hn::Store(word, di, lanes_.word);
+    entering_ = bits;
+    for (; bits; bits &= bits - 1) {
+      const std::int32_t w = lanes_.word[hwy::Num0BitsBelowLS1Bit_Nonzero32(bits)];
+      if (w < 0) continue;
+      const float* record = records_ + 4 * static_cast<std::size_t>(w);
+      for (std::size_t line = 0; line < kPrefetch; ++line) hwy::Prefetch(record + 16 * line);
+    }
+  }
+
+  // Sets these lanes up in the blocks that were looked up.
   HWY_INLINE void enter_blocks(std::uint32_t which_bits) {
     const DF d;
     const DI di;
     const MF which = mask_of(which_bits);
     const VI one = hn::Set(di, 1);
-
     VI voxel[3], mirror[3];
-    const std::int32_t strides[3] = {1, tree_.size.x, tree_.size.x * tree_.size.y};
-    VI at = hn::Zero(di);
-    const VI whole = hn::Set(di, (1 << (tree_.top_level - 3)) - 1);
+    OBSCURA_UNROLL
     for (int a = 0; a < 3; ++a) {
       voxel[a] = hn::Load(di, lanes_.voxel[a]);
       mirror[a] = hn::Load(di, lanes_.mirror[a]);
-      const VI brick = hn::And(hn::Xor(hn::ShiftRight<3>(voxel[a]), mirror[a]), whole);
-      at = a == 0 ? brick : hn::Add(at, hn::Mul(brick, hn::Set(di, strides[a])));
     }
-    at = hn::IfThenElseZero(int_mask(which), at);
-    const VI word = hn::GatherIndex(di, table_, at);
+    const VI word = hn::Load(di, lanes_.word);
     const hn::Mask<DI> empty = hn::Lt(word, hn::Zero(di));
 
     // Record 0 stands for an empty leaf's, which has none.
@@ -274,16 +341,16 @@ class Kernel {
       uniform_value = hn::Add(uniform_value, weighted);
       const hn::Mask<DI> w = int_mask(which);
       if (kFloats) {
-        base_[c] = hn::IfThenElse(w, data, base_[c]);
-        scale_[c] = weight;
-        if (kChannels > 1) mask_[c] = hn::IfThenElse(w, hn::VecFromMask(di, hn::Ne(bits, hn::Zero(di))), mask_[c]);
+        hot_.base[c] = hn::IfThenElse(w, data, hot_.base[c]);
+        hot_.scale[c] = weight;
+        if (kChannels > 1) hot_.mask[c] = hn::IfThenElse(w, hn::VecFromMask(di, hn::Ne(bits, hn::Zero(di))), hot_.mask[c]);
       } else {
         const VF scale = hn::Mul(hn::GatherIndex(d, records_ + 1, header), weight);
-        base_[c] = hn::IfThenElse(w, hn::ShiftLeft<2>(data), base_[c]);
-        bits_[c] = hn::IfThenElse(w, bits, bits_[c]);
-        mask_[c] = hn::IfThenElse(w, hn::Sub(hn::Shl(one, bits), one), mask_[c]);
-        offset_[c] = hn::IfThenElse(which, weighted, offset_[c]);
-        scale_[c] = hn::IfThenElse(which, scale, scale_[c]);
+        hot_.base[c] = hn::IfThenElse(w, hn::ShiftLeft<2>(data), hot_.base[c]);
+        hot_.bits[c] = hn::IfThenElse(w, bits, hot_.bits[c]);
+        hot_.mask[c] = hn::IfThenElse(w, hn::Sub(hn::Shl(one, bits), one), hot_.mask[c]);
+        hot_.offset[c] = hn::IfThenElse(which, weighted, hot_.offset[c]);
+        hot_.scale[c] = hn::IfThenElse(which, scale, hot_.scale[c]);
       }
     }
     leaf_level = hn::IfThenElse(empty, hn::And(word, hn::Set(di, 31)), leaf_level);
@@ -293,13 +360,18 @@ class Kernel {
     // Times from here to the block's planes and to the leaf's; the leaf's number.
     const VI block_size = hn::Shl(one, block_level), leaf_size = hn::Shl(one, leaf_level);
     const VF leaf_width = hn::ConvertTo(d, leaf_size);
+    // An empty leaf may be one of many: from this brick on, a cube as large as the distance tells is empty too.
+    const VI seven = hn::Set(di, 7);
+    const VI clear = hn::IfThenElseZero(empty, hn::And(as_int(hn::ShiftRight<2>(as_bits(word))), hn::Set(di, 8 * Word::kMaxDistance)));
+    const hn::Mask<DI> is_clear = hn::And(empty, hn::Not(hn::Lt(clear, block_size)));
     VF block_time = hn::Set(d, kParallel);
     VF next[3];
     VI leaf[3];
+    OBSCURA_UNROLL
     for (int a = 0; a < 3; ++a) {
       const VF fraction = hn::Load(d, lanes_.fraction[a]), inverse = hn::Load(d, lanes_.inverse[a]);
       const VI in_block = hn::And(voxel[a], hn::Sub(block_size, one));
-      const VI to_end = hn::Sub(block_size, in_block);
+      const VI to_end = hn::IfThenElse(is_clear, hn::Sub(clear, hn::And(voxel[a], seven)), hn::Sub(block_size, in_block));
       const VF exit = hn::Mul(hn::Sub(hn::ConvertTo(d, to_end), fraction), inverse);
       hn::Store(hn::IfThenElse(which, exit, hn::Load(d, lanes_.exit[a])), d, lanes_.exit[a]);
       hn::Store(hn::IfThenElse(int_mask(which), hn::Add(voxel[a], to_end), hn::Load(di, lanes_.block_end[a])), di,
@@ -307,7 +379,7 @@ class Kernel {
       block_time = hn::Min(block_time, exit);
       const VI in_leaf = hn::And(in_block, hn::Sub(leaf_size, one));
       next[a] = hn::Mul(hn::Sub(hn::ConvertTo(d, hn::Sub(leaf_size, in_leaf)), fraction), inverse);
-      delta_[a] = hn::IfThenElse(which, hn::Mul(leaf_width, inverse), delta_[a]);
+      hot_.delta[a] = hn::IfThenElse(which, hn::Mul(leaf_width, inverse), hot_.delta[a]);
       leaf[a] = as_int(hn::Shr(as_bits(in_block), as_bits(leaf_level)));
     }
     const VF left = hn::Add(hn::Load(d, lanes_.length_left[0]), hn::Load(d, lanes_.length_left[1]));
@@ -320,16 +392,17 @@ class Kernel {
     VI number = hn::Zero(di), stride = one;
     if (kChannels == 1) stride = kFloats ? hn::IfThenElseZero(hn::Ne(bits_of[0], hn::Zero(di)), one) : bits_of[0];
     const VI unit = stride;
+    OBSCURA_UNROLL
     for (int a = 0; a < 3; ++a) {
       const VI coordinate = hn::And(hn::Xor(leaf[a], mirror[a]), side_mask);
       number = hn::Add(number, hn::Shl(coordinate, a == 0 ? hn::Zero(di) : a == 1 ? side_bits : hn::Add(side_bits, side_bits)));
       const VI signed_stride = hn::Sub(hn::Xor(stride, mirror[a]), mirror[a]);
-      stride_x_[a] = hn::IfThenElse(int_mask(which), signed_stride, stride_x_[a]);
+      hot_.stride[a] = hn::IfThenElse(int_mask(which), signed_stride, hot_.stride[a]);
       stride = hn::Shl(stride, side_bits);
     }
     if (kChannels == 1) number = hn::Mul(number, unit);
     number = hn::IfThenElseZero(in_brick, number);
-    index_ = hn::IfThenElse(int_mask(which), number, index_);
+    hot_.index = hn::IfThenElse(int_mask(which), number, hot_.index);
 
     // A uniform or empty leaf is crossed at once.
     const MF stepping = float_mask(in_brick);
@@ -346,13 +419,14 @@ class Kernel {
         hn::Store(hn::IfThenElse(int_mask(hit), one, hn::Load(di, lanes_.collided)), di, lanes_.collided);
       }
     }
-    acc_ = hn::IfThenElse(which, acc, acc_);
-    end_ = hn::IfThenElse(which, block_time, end_);
+    hot_.acc = hn::IfThenElse(which, acc, hot_.acc);
+    hot_.end = hn::IfThenElse(which, block_time, hot_.end);
     // Times of planes are sums of rounded ones: so near to its end a block is at its end.
-    limit_ = hn::IfThenElse(which, hn::Mul(block_time, hn::Set(d, 1.0f - 3e-6f)), limit_);
-    t_ = hn::IfThenElse(which, hn::IfThenElseZero(hn::Not(stepping), block_time), t_);
+    hot_.limit = hn::IfThenElse(which, hn::Mul(block_time, hn::Set(d, 1.0f - 3e-6f)), hot_.limit);
+    hot_.t = hn::IfThenElse(which, hn::IfThenElseZero(hn::Not(stepping), block_time), hot_.t);
+    OBSCURA_UNROLL
     for (int a = 0; a < 3; ++a) {
-      next_[a] = hn::IfThenElse(which, hn::IfThenElse(stepping, next[a], hn::Set(d, kParallel)), next_[a]);
+      hot_.next[a] = hn::IfThenElse(which, hn::IfThenElse(stepping, next[a], hn::Set(d, kParallel)), hot_.next[a]);
     }
   }
 
@@ -395,7 +469,8 @@ class Kernel {
         }
         continue;
       }
-      for (int a = 0; a < 3; ++a) {
+      OBSCURA_UNROLL
+    for (int a = 0; a < 3; ++a) {
         lanes_.voxel[a][lane] = ray.voxel[a];
         lanes_.limit[a][lane] = ray.limit[a];
         lanes_.mirror[a][lane] = ray.mirror[a];
@@ -424,7 +499,9 @@ class Kernel {
 
   // A lane without a ray stays at a voxel that exists and is at its end for ever.
   void kill(std::size_t lane) {
-    alive_bits_ &= ~(std::uint32_t{1} << lane);
+    alive_ &= ~(std::uint32_t{1} << lane);
+    lanes_.word[lane] = static_cast<std::int32_t>(Word::empty(3));
+    OBSCURA_UNROLL
     for (int a = 0; a < 3; ++a) {
       lanes_.voxel[a][lane] = lanes_.mirror[a][lane] = lanes_.block_end[a][lane] = 0;
       lanes_.limit[a][lane] = 1;
@@ -444,22 +521,31 @@ class Kernel {
   const std::int32_t* table_;
   const float* records_;
   Lanes lanes_;
-  std::size_t next_ray_ = 0;
-  std::uint32_t alive_bits_ = 0;
+  std::size_t& next_ray_;
+  std::uint32_t alive_ = 0;     // lanes that have a ray
+  std::uint32_t entering_ = 0;  // lanes whose blocks were looked up
 
-  VF t_, end_, limit_, acc_;
-  VF next_[3], delta_[3];
-  VI stride_x_[3], index_;
-  VI base_[kChannels], bits_[kChannels], mask_[kChannels];
-  VF offset_[kChannels], scale_[kChannels];
+  Hot<kChannels> hot_;
 };
+
+// Several groups of lanes take turns: while one walks, the memory that another needs next is on its way.
+template <bool kFloats, bool kFlights, int kChannels>
+void run_groups(const BatchJob& job) {
+  std::size_t next_ray = 0;
+  using Group = Kernel<kFloats, kFlights, kChannels>;
+  Group a(job, next_ray), b(job, next_ray);
+  while (a.alive() || b.alive()) {
+    if (a.alive()) a.advance();
+    if (b.alive()) b.advance();
+  }
+}
 
 template <bool kFloats, bool kFlights>
 void run_channels(const BatchJob& job) {
   if (job.channel_count == 1) {
-    Kernel<kFloats, kFlights, 1>(job).run();
+    run_groups<kFloats, kFlights, 1>(job);
   } else {
-    Kernel<kFloats, kFlights, 2>(job).run();
+    run_groups<kFloats, kFlights, 2>(job);
   }
 }
 
@@ -486,6 +572,9 @@ namespace {
 
 HWY_EXPORT(run_batch);
 HWY_EXPORT(this_target);
+
+void run_on_this_machine(const BatchJob& job) noexcept { HWY_DYNAMIC_DISPATCH(run_batch)(job); }
+std::int64_t target_of_this_machine() noexcept { return HWY_DYNAMIC_DISPATCH(this_target)(); }
 
 // Larger trees than 32-bit offsets reach, and larger domains than floats step over, are walked in double.
 constexpr std::size_t kMaxPackedBytes = std::size_t{1} << 31, kMaxFloatBytes = std::size_t{1} << 33;
@@ -523,7 +612,7 @@ void optical_depths(const Octree& tree, std::span<const Ray> index_rays, std::sp
   job.count = index_rays.size();
   job.rays = index_rays.data();
   job.depths = depths.data();
-  HWY_DYNAMIC_DISPATCH(detail::run_batch)(job);
+  detail::run_on_this_machine(job);
 }
 
 void free_paths(const Octree& tree, std::span<const Flight> flights, std::span<const double> weights,
@@ -539,10 +628,10 @@ void free_paths(const Octree& tree, std::span<const Flight> flights, std::span<c
   job.count = flights.size();
   job.flights = flights.data();
   job.ends = ends.data();
-  HWY_DYNAMIC_DISPATCH(detail::run_batch)(job);
+  detail::run_on_this_machine(job);
 }
 
-std::string_view batch_target() { return hwy::TargetName(HWY_DYNAMIC_DISPATCH(detail::this_target)()); }
+std::string_view batch_target() { return hwy::TargetName(detail::target_of_this_machine()); }
 
 std::vector<std::string_view> batch_targets() {
   std::vector<std::string_view> names;

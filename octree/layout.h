@@ -42,6 +42,12 @@ struct Word {
   }
   static constexpr bool is_empty(std::uint32_t word) noexcept { return (word & kEmpty) != 0; }
   static constexpr int empty_level(std::uint32_t word) noexcept { return static_cast<int>(word & 31u); }
+  /// An empty word also tells how many bricks further the nearest is that is not empty, along the farthest axis:
+  /// all nearer ones can be skipped whatever the direction. 0: not known.
+  static constexpr int kMaxDistance = 255;
+  static constexpr std::uint32_t with_distance(std::uint32_t word, int distance) noexcept {
+    return word | static_cast<std::uint32_t>(distance) << 5;
+  }
 };
 
 inline constexpr float kFloatMax = std::numeric_limits<float>::max();

@@ -84,7 +84,7 @@ class NanoWalk {
         if (b == a) {
           at[b] = step[b] > 0 ? corner + size : corner - 1;
         } else {
-          at[b] = std::clamp(static_cast<int>(std::floor(p[b])), corner, corner + size - 1);
+          at[b] = std::clamp(nanovdb::Floor(p[b]), corner, corner + size - 1);
         }
       }
       leaf = accessor.probeLeaf(at);
