@@ -21,14 +21,7 @@ struct Setting {
 };
 
 World make_world(const Setting& setting) {
-  CloudWish wish;
-  wish.voxels = Vec3i(kRoughSide);
-  wish.density = [](const Vec3i& v) { return rough_density(v); };
-  wish.voxel_m = kVoxel;
-  wish.extinction = kExtinction;
-  wish.albedo = setting.albedo;
-  wish.source = setting.source;
-  wish.phase = PhaseFunction::henyey_greenstein(setting.g);
+  const CloudWish wish = rough_wish(setting.albedo, setting.g, setting.source);
   WorldContents contents = grey_contents(wish, setting.sky);
   if (setting.sun > 0) contents.sun = Sun{Vec3d(0.3, -0.5, 0.8).normalized(), {setting.sun}, 1e-6};
   return World(std::move(contents));

@@ -2,21 +2,13 @@
 #include <catch2/catch.hpp>
 
 #include "tests/support/distributions.h"
-#include "tests/support/rough_cloud.h"
 #include "tests/support/worlds.h"
 
 using namespace obscura;
 using namespace obscura::test;
 
 TEST_CASE("over 200 seeds the batch error's interval holds the mean in 90 to 98 per cent", "[physics][coverage]") {
-  CloudWish wish;
-  wish.voxels = Vec3i(kRoughSide);
-  wish.density = [](const Vec3i& v) { return rough_density(v); };
-  wish.voxel_m = 0.1;
-  wish.extinction = 3;
-  wish.albedo = 0.7;
-  wish.source = 2;
-  const World world(grey_contents(wish, 1));
+  const World world(grey_contents(rough_wish(0.7, 0, 2), 1));
   const Ray rays[] = {{{1.6, -3, 1.7}, Vec3d(0.02, 1, 0.03).normalized(), 0, kInfinity},
                       {{-1, 1.3, 0.86}, Vec3d(1, 0.05, -0.02).normalized(), 0, kInfinity},
                       {{1.63, 1.57, 1.61}, Vec3d(-0.4, 0.3, 0.8).normalized(), 0, kInfinity}};

@@ -5,7 +5,6 @@
 #include <tbb/task_arena.h>
 
 #include "sensor/render.h"
-#include "tests/support/rough_cloud.h"
 #include "tests/support/worlds.h"
 
 using namespace obscura;
@@ -24,14 +23,7 @@ Outcome run(int threads, std::uint64_t seed) {
   tbb::task_arena arena(threads);
   Outcome outcome;
   arena.execute([&] {
-    CloudWish wish;
-    wish.voxels = Vec3i(kRoughSide);
-    wish.density = [](const Vec3i& v) { return rough_density(v); };
-    wish.voxel_m = 0.1;
-    wish.extinction = 3;
-    wish.albedo = 0.8;
-    wish.source = 2;
-    WorldContents contents = grey_contents(wish, 0.7);
+    WorldContents contents = grey_contents(rough_wish(0.8, 0, 2), 0.7);
     contents.sun = Sun{Vec3d(0.3, -0.5, 0.8).normalized(), {5}, 0.01};
     const World world(std::move(contents));
     TraceSettings trace;

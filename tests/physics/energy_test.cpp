@@ -2,24 +2,12 @@
 #include <catch2/catch.hpp>
 
 #include "tests/support/agree.h"
-#include "tests/support/rough_cloud.h"
 #include "tests/support/worlds.h"
 
 using namespace obscura;
 using namespace obscura::test;
 
 namespace {
-
-CloudWish rough(double albedo) {
-  CloudWish wish;
-  wish.voxels = Vec3i(kRoughSide);
-  wish.density = [](const Vec3i& v) { return rough_density(v); };
-  wish.voxel_m = 0.1;
-  wish.extinction = 3;
-  wish.albedo = albedo;
-  wish.phase = PhaseFunction::henyey_greenstein(0.6);
-  return wish;
-}
 
 BatchMean of(BatchTally tally) {
   for (double& value : tally) value *= kBatches;
@@ -57,8 +45,7 @@ BatchTally absorbed_by_fluence(const World& world, const PhotonMap& map) {
 }  // namespace
 
 TEST_CASE("emitted power is absorbed, escaped, on surfaces or cut off, and nothing else", "[physics][energy]") {
-  CloudWish wish = rough(0.8);
-  wish.source = 2;
+  const CloudWish wish = rough_wish(0.8, 0.6, 2);
   WorldContents contents = grey_contents(wish, 0.7);
   contents.sun = Sun{Vec3d(0, 0, 1), {5}, 0.01};
   contents.sources.push_back({Vec3d(1.6, 1.6, 5), 0.5, {30}});
@@ -81,7 +68,7 @@ TEST_CASE("emitted power is absorbed, escaped, on surfaces or cut off, and nothi
 }
 
 TEST_CASE("a sun's photons carry its irradiance over the disc that covers the bounds", "[physics][energy]") {
-  WorldContents contents = grey_contents(rough(0.5));
+  WorldContents contents = grey_contents(rough_wish(0.5));
   contents.sun = Sun{Vec3d(1, 2, 2).normalized(), {5}, 0.0093};
   const World world(std::move(contents));
   const double radius = 0.5 * std::sqrt(3.0) * kRoughSide * 0.1;
@@ -89,8 +76,7 @@ TEST_CASE("a sun's photons carry its irradiance over the disc that covers the bo
 }
 
 TEST_CASE("absorbed power is the same by roulette, by the map's fluence and by what escapes", "[physics][energy]") {
-  CloudWish wish = rough(0.7);
-  wish.source = 2;
+  const CloudWish wish = rough_wish(0.7, 0.6, 2);
   const World world(grey_contents(wish));
   TraceSettings settings;
   settings.photons = 2000000;
@@ -111,8 +97,7 @@ TEST_CASE("absorbed power is the same by roulette, by the map's fluence and by w
 }
 
 TEST_CASE("parts of the light that are switched off one by one add up to the whole", "[physics][parts]") {
-  CloudWish wish = rough(0.8);
-  wish.source = 2;
+  const CloudWish wish = rough_wish(0.8, 0.6, 2);
   WorldContents contents = grey_contents(wish, 0.7);
   contents.sun = Sun{Vec3d(0.3, -0.5, 0.8).normalized(), {5}, 0.01};
   contents.sources.push_back({Vec3d(4, 1.6, 1.6), 0.3, {30}});
@@ -138,8 +123,7 @@ TEST_CASE("parts of the light that are switched off one by one add up to the who
 }
 
 TEST_CASE("photons of sources that are switched off one by one add up to all photons' power", "[physics][parts]") {
-  CloudWish wish = rough(0.8);
-  wish.source = 2;
+  const CloudWish wish = rough_wish(0.8, 0.6, 2);
   WorldContents contents = grey_contents(wish, 0.7);
   contents.sun = Sun{Vec3d(0.3, -0.5, 0.8).normalized(), {5}, 0.01};
   contents.sources.push_back({Vec3d(4, 1.6, 1.6), 0.3, {30}});

@@ -3,7 +3,6 @@
 
 #include "sensor/render.h"
 #include "tests/support/agree.h"
-#include "tests/support/rough_cloud.h"
 #include "tests/support/worlds.h"
 
 using namespace obscura;
@@ -12,18 +11,6 @@ using namespace obscura::test;
 namespace {
 
 constexpr double kRadiance = 3.7;
-
-CloudWish rough(double albedo, double g) {
-  CloudWish wish;
-  wish.voxels = Vec3i(kRoughSide);
-  wish.density = [](const Vec3i& v) { return rough_density(v); };
-  wish.voxel_m = 0.1;
-  wish.extinction = 3;
-  wish.albedo = albedo;
-  wish.source = kRadiance;
-  wish.phase = g == 0 ? PhaseFunction::isotropic() : PhaseFunction::henyey_greenstein(g);
-  return wish;
-}
 
 Film photograph(const World& world, std::uint64_t photons, int rays = 4) {
   CameraSettings camera;
@@ -43,7 +30,7 @@ Film photograph(const World& world, std::uint64_t photons, int rays = 4) {
 }  // namespace
 
 TEST_CASE("without scattering every pixel of the furnace has its radiance", "[physics][furnace]") {
-  const World world(grey_contents(rough(0, 0), kRadiance));
+  const World world(grey_contents(rough_wish(0, 0, kRadiance), kRadiance));
   const Film film = photograph(world, 1000);
   for (const float value : film.values(0, Film::Value::radiance)) {
     CHECK(std::abs(static_cast<double>(value) - kRadiance) < 1e-6 * kRadiance);
@@ -55,7 +42,7 @@ TEST_CASE("with scattering the furnace's image has its radiance in the mean", "[
     double albedo, g;
   };
   for (const Case c : {Case{0.5, 0}, Case{0.9, 0.7}, Case{0.95, -0.3}}) {
-    const World world(grey_contents(rough(c.albedo, c.g), kRadiance));
+    const World world(grey_contents(rough_wish(c.albedo, c.g, kRadiance), kRadiance));
     const ImageMean mean = photograph(world, 400000, 48).mean(0);
     INFO("albedo " << c.albedo << ", g " << c.g << ": mean " << mean.mean << " +- " << mean.standard_error);
     CHECK(std::abs(mean.mean - kRadiance) < 3 * mean.standard_error);
@@ -64,7 +51,7 @@ TEST_CASE("with scattering the furnace's image has its radiance in the mean", "[
 }
 
 TEST_CASE("a furnace whose sky is colder is seen to be none", "[physics][furnace]") {
-  const World world(grey_contents(rough(0.5, 0), 0.95 * kRadiance));
+  const World world(grey_contents(rough_wish(0.5, 0, kRadiance), 0.95 * kRadiance));
   const ImageMean mean = photograph(world, 400000, 48).mean(0);
   CHECK(std::abs(mean.mean - kRadiance) > 3 * mean.standard_error);
 }

@@ -9,6 +9,7 @@
 #include "photon/light.h"
 #include "photon/radiance.h"
 #include "photon/world.h"
+#include "tests/support/rough_cloud.h"
 #include "tests/support/voxel_fields.h"
 
 namespace obscura::test {
@@ -24,6 +25,19 @@ struct CloudWish {
   std::array<double, 2> period_m{0, 0};
   Vec3d corner_m{0, 0, 0};
 };
+
+/// The rough cloud of rough_cloud.h, 3.2 m wide: optical depths up to 20.
+inline CloudWish rough_wish(double albedo, double g = 0, double source = 0) {
+  CloudWish wish;
+  wish.voxels = Vec3i(kRoughSide);
+  wish.density = [](const Vec3i& v) { return rough_density(v); };
+  wish.voxel_m = 0.1;
+  wish.extinction = 3;
+  wish.albedo = albedo;
+  wish.source = source;
+  if (g != 0) wish.phase = PhaseFunction::henyey_greenstein(g);
+  return wish;
+}
 
 /// A lossless cloud whose lower corner is at corner_m.
 inline Cloud make_cloud(const CloudWish& wish) {
