@@ -98,7 +98,7 @@ struct SkyDescription {
 
 struct SunDescription {
   Vec3d toward{0, 0, 1};  ///< unit vector from the scene to the sun
-  Spectrum irradiance = Spectrum::constant(0);  ///< normal to the beam
+  Spectrum irradiance = Spectrum::constant(1);  ///< normal to the beam
   double diameter_deg = 0.533;
 };
 

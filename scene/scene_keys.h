@@ -182,7 +182,7 @@ void keys(V& v, SunDescription& s) {
   v.optional("azimuth_deg", azimuth_deg, between(-360, 360), "from north (y), clockwise");
   v.every_form();
   if (angles) s.toward = toward_sky(zenith_deg, azimuth_deg);
-  v.required("irradiance", s.irradiance, at_least(0), "normal to the beam");
+  v.optional("irradiance", s.irradiance, at_least(0), "normal to the beam");
   v.optional("diameter_deg", s.diameter_deg, from_below(0, 180), "apparent diameter");
 }
 

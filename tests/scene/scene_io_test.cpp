@@ -151,7 +151,7 @@ TEST_CASE("null is the default everywhere", "[scene][reader]") {
       const std::string name = pointer.to_string();
       INFO(name << text_of(problems));
       const bool required = name == "/sensor/position_m" || name == "/sensor/look_at_m" ||
-                            name == "/environment/sun/toward" || name == "/environment/sun/irradiance";
+                            name == "/environment/sun/toward";
       CHECK(problems.size() == (required ? 1 : 0));
     }
   }
@@ -229,7 +229,7 @@ TEST_CASE("what is missing is told where it belongs", "[scene][reader]") {
                   {"/clouds/0/media/0/extinction", nullptr, "/clouds/0/media/0/extinction", "is missing"},
                   {"/clouds/0/period_m", nullptr, "/clouds/0/period_m", "is missing"},
                   {"/bands", Json::array(), "/bands", "at least one"},
-                  {"/environment/sun/irradiance", nullptr, "/environment/sun/irradiance", "is missing"}});
+                  {"/environment/sun/toward", nullptr, "/environment/sun/toward", "is missing"}});
 }
 
 TEST_CASE("values out of range are refused", "[scene][reader]") {
