@@ -1,5 +1,6 @@
 // What a second thread is worth: tracing and rendering with one thread and with all, in turn, as a ratio;
 // and by Amdahl's law the share of the work that is serial.
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <vector>
