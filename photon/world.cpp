@@ -236,7 +236,9 @@ void World::make_map_frame() {
       for (int i = 0; i < 3; ++i) map_to_world_[axis][i] = side[i] / scale;
       if (axis < 2) map_period_[axis] = scale * f.period_m[static_cast<std::size_t>(axis)];
     }
-    map_to_world_.setTranslation(transform_point(placed, f.local_bounds.min));
+    // By hand: Imath's setTranslation() would undo the rotation.
+    const Vec3d corner = transform_point(placed, f.local_bounds.min);
+    for (int i = 0; i < 3; ++i) map_to_world_[3][i] = corner[i];
   }
   world_to_map_ = map_to_world_.inverse();
   for (CloudFrame& f : frames_) {

@@ -353,6 +353,12 @@ TEST_CASE("the map's frame is rigid, and extinction there is that of the World",
   for (const World& world : {world_of({plain, make_cloud(noisy())}), world_of({periodic})}) {
     CHECK(linear_determinant(world.world_to_map()) == Approx(1));
     CHECK(world.map_period() == (world.periodic() ? Vec3d(12, 10, 0) : Vec3d(0)));
+    // The cell's sides are the axes.
+    for (std::size_t axis = 0; axis < 2 && world.periodic(); ++axis) {
+      Vec3d side(0);
+      side[static_cast<int>(axis)] = world.map_period()[static_cast<int>(axis)];
+      CHECK((transform_direction(world.world_to_map(), world.period()[axis]) - side).length() < 1e-12);
+    }
     int met = 0;
     for (const Ray& ray : rays_about(world, 3000)) {
       const Vec3d x = ray.origin;  // every third is in the bounds
