@@ -17,12 +17,17 @@ void refuse_unfit(const World& world, std::span<const FluxRectangle> rectangles)
                          "for those of all its copies",
                          remedy);
   }
-  const std::array<double, 2>* first = nullptr;
-  for (const Cloud& cloud : world.clouds()) {
-    if (first && cloud.period_m != *first) {
-      throw NumericalError("method \"photon\"", "clouds of different periods have no common cell", remedy);
+  for (int c = 0; c < world.cloud_count(); ++c) {
+    // The sides of the cloud's cell in the world, turned and scaled with it.
+    for (int axis = 0; axis < 2; ++axis) {
+      Vec3d side(0);
+      side[axis] = world.frame(c).period_m[static_cast<std::size_t>(axis)];
+      side = transform_direction(world.clouds()[static_cast<std::size_t>(c)].local_to_world, side);
+      const Vec3d& cell = world.period()[static_cast<std::size_t>(axis)];
+      if ((side - cell).length() > 1e-9 * cell.length()) {
+        throw NumericalError("method \"photon\"", "clouds of different periods have no common cell", remedy);
+      }
     }
-    first = &cloud.period_m;
   }
   for (const FluxRectangle& rectangle : rectangles) {
     const Vec3d normal = rectangle.side_u.cross(rectangle.side_v).normalized();
