@@ -5,13 +5,10 @@
 #include <array>
 #include <vector>
 
+#include "photon/directions.h"
 #include "photon/world.h"
 
 namespace obscura {
-
-/// How the random numbers of emission are laid out (DESIGN: "stratified" is a regular mesh modulated
-/// by a random law, so that batches are independent replicas).
-enum class Directions { stratified, regular, random };
 
 /// Which sources take part; all on by default. A source that is off emits nothing.
 struct SourceSelection {

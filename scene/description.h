@@ -4,8 +4,11 @@
 
 #include "octree/base/math.h"
 #include "octree/puffs.h"
+#include "photon/directions.h"
+#include "photon/kernel.h"
 #include "photon/phase.h"
 #include "photon/spectrum.h"
+#include "sensor/camera.h"
 
 #include <array>
 #include <cstdint>
@@ -102,13 +105,11 @@ struct SunDescription {
   double diameter_deg = 0.533;
 };
 
-enum class ProjectionKind { perspective, orthographic, fisheye };
-
 struct SensorDescription {
   Vec3d position_m{0, 0, 0};
   Vec3d look_at_m{0, 0, 0};
   Vec3d up{0, 0, 1};
-  ProjectionKind projection = ProjectionKind::perspective;
+  Projection projection = Projection::perspective;
   double fov_deg = 20;  ///< perspective: full horizontal angle; fisheye: across the shorter side
   double width_m = 0;   ///< orthographic
   std::array<int, 2> resolution{320, 240};
@@ -136,16 +137,13 @@ struct BeamDescription {
 };
 
 enum class MethodKind { photon, baked, path };
-enum class KernelKind { constant, epanechnikov, cone, gaussian };
-enum class DirectionsKind { stratified, regular, random };
-
 struct RenderDescription {
   MethodKind method = MethodKind::photon;
   std::uint64_t photons = 1000000;  ///< emitted, per band
   int nearest = 64;
-  KernelKind kernel = KernelKind::epanechnikov;
+  Kernel kernel = Kernel::epanechnikov;
   double photon_power_min = 0;
-  DirectionsKind directions = DirectionsKind::stratified;
+  Directions directions = Directions::stratified;
   std::optional<int> final_gather;  ///< none: the plan decides
   int samples = 64;
   double octree_tolerance = 1e-3;

@@ -8,34 +8,11 @@ CameraSettings camera_of(const SensorDescription& sensor) {
   camera.position_m = sensor.position_m;
   camera.look_at_m = sensor.look_at_m;
   camera.up = sensor.up;
-  switch (sensor.projection) {
-    case ProjectionKind::perspective: camera.projection = Projection::perspective; break;
-    case ProjectionKind::orthographic: camera.projection = Projection::orthographic; break;
-    case ProjectionKind::fisheye: camera.projection = Projection::fisheye; break;
-  }
+  camera.projection = sensor.projection;
   camera.fov_deg = sensor.fov_deg;
   camera.width_m = sensor.width_m;
   camera.resolution = sensor.resolution;
   return camera;
-}
-
-Kernel kernel_of(KernelKind kernel) {
-  switch (kernel) {
-    case KernelKind::constant: return Kernel::constant;
-    case KernelKind::cone: return Kernel::cone;
-    case KernelKind::gaussian: return Kernel::gaussian;
-    case KernelKind::epanechnikov: break;
-  }
-  return Kernel::epanechnikov;
-}
-
-Directions directions_of(DirectionsKind directions) {
-  switch (directions) {
-    case DirectionsKind::regular: return Directions::regular;
-    case DirectionsKind::random: return Directions::random;
-    case DirectionsKind::stratified: break;
-  }
-  return Directions::stratified;
 }
 
 std::vector<PlanRow> effects_of(const Description& scene, const World& world) {
@@ -88,12 +65,12 @@ Plan make_plan(const Description& scene, const World& world) {
 
   plan.trace.photons = scene.render.photons;
   plan.trace.photon_power_min = scene.render.photon_power_min;
-  plan.trace.directions = directions_of(scene.render.directions);
+  plan.trace.directions = scene.render.directions;
   plan.trace.scattering_depth = scene.sensor.scattering_depth;
   plan.trace.seed = scene.render.seed;
 
   plan.radiance.gather.nearest = scene.render.nearest;
-  plan.radiance.gather.kernel = kernel_of(scene.render.kernel);
+  plan.radiance.gather.kernel = scene.render.kernel;
   plan.radiance.scattering_depth = scene.sensor.scattering_depth;
   plan.radiance.seed = scene.render.seed;
   return plan;

@@ -106,7 +106,7 @@ Report make_report(const Session& session, const Light& light, const Rendered& r
                                 std::to_string(energy.emitted_W) + " W");
     }
   }
-  if (scene.render.directions == DirectionsKind::regular) {
+  if (scene.render.directions == Directions::regular) {
     report.warnings.push_back("directions are \"regular\": batches are no replicas, so the errors say nothing about photons");
   }
   report.partial = light.partial || rendered.film.partial();

@@ -192,22 +192,22 @@ void check_sensor(Findings& findings, SensorDescription& s) {
     }
   }
   switch (s.projection) {
-    case ProjectionKind::perspective:
+    case Projection::perspective:
       if (s.fov_deg >= 180) {
         findings.problem("/sensor/fov_deg", fmt::format("a perspective camera cannot see {:g} degrees", s.fov_deg),
                          "give less than 180, or \"projection\": \"fisheye\"");
       }
       break;
-    case ProjectionKind::orthographic:
+    case Projection::orthographic:
       if (!findings.good("/sensor/width_m")) {
         findings.problem("/sensor/width_m", "\"width_m\" is missing: an orthographic camera needs it",
                          "give the picture's width");
       }
       if (findings.good("/sensor/fov_deg")) findings.warn("/sensor/fov_deg: an orthographic camera does not use it");
       break;
-    case ProjectionKind::fisheye: break;
+    case Projection::fisheye: break;
   }
-  if (s.projection != ProjectionKind::orthographic && findings.good("/sensor/width_m")) {
+  if (s.projection != Projection::orthographic && findings.good("/sensor/width_m")) {
     findings.warn("/sensor/width_m: only an orthographic camera uses it");
   }
 }

@@ -64,11 +64,11 @@ struct Words<Axis> {
   static constexpr std::array<Word<Axis>, 2> list{{{"x", Axis::x}, {"y", Axis::y}}};
 };
 template <>
-struct Words<ProjectionKind> {
-  static constexpr std::array<Word<ProjectionKind>, 3> list{{
-      {"perspective", ProjectionKind::perspective},
-      {"orthographic", ProjectionKind::orthographic},
-      {"fisheye", ProjectionKind::fisheye}}};
+struct Words<Projection> {
+  static constexpr std::array<Word<Projection>, 3> list{{
+      {"perspective", Projection::perspective},
+      {"orthographic", Projection::orthographic},
+      {"fisheye", Projection::fisheye}}};
 };
 template <>
 struct Words<MethodKind> {
@@ -77,17 +77,17 @@ struct Words<MethodKind> {
                                                          {"path", MethodKind::path, true}}};
 };
 template <>
-struct Words<KernelKind> {
-  static constexpr std::array<Word<KernelKind>, 4> list{{{"constant", KernelKind::constant},
-                                                         {"epanechnikov", KernelKind::epanechnikov},
-                                                         {"cone", KernelKind::cone},
-                                                         {"gaussian", KernelKind::gaussian}}};
+struct Words<Kernel> {
+  static constexpr std::array<Word<Kernel>, 4> list{{{"constant", Kernel::constant},
+                                                         {"epanechnikov", Kernel::epanechnikov},
+                                                         {"cone", Kernel::cone},
+                                                         {"gaussian", Kernel::gaussian}}};
 };
 template <>
-struct Words<DirectionsKind> {
-  static constexpr std::array<Word<DirectionsKind>, 3> list{{{"stratified", DirectionsKind::stratified},
-                                                             {"regular", DirectionsKind::regular},
-                                                             {"random", DirectionsKind::random}}};
+struct Words<Directions> {
+  static constexpr std::array<Word<Directions>, 3> list{{{"stratified", Directions::stratified},
+                                                             {"regular", Directions::regular},
+                                                             {"random", Directions::random}}};
 };
 
 }  // namespace obscura::detail

@@ -11,9 +11,22 @@ using namespace obscura;
 
 namespace {
 
-std::string scene_with(const std::string& cloud, const std::string& rest = "") {
-  return R"({"obscura": 1, "bands": [{"name": "lwir", "um": [8, 12]}], "clouds": [)" + cloud + R"(],
-    "sensor": {"position_m": [0, -10, 0], "look_at_m": [0, 0, 0]})" + rest + "}";
+std::string scene_with(std::string_view cloud, std::string_view rest = "") {
+  std::string text = R"({"obscura": 1, "bands": [{"name": "lwir", "um": [8, 12]}], "clouds": [)";
+  text += cloud;
+  text += R"(], "sensor": {"position_m": [0, -10, 0], "look_at_m": [0, 0, 0]})";
+  text += rest;
+  text += "}";
+  return text;
+}
+
+/// A scene with one cloud, a box of smoke, to which `rest` adds keys.
+std::string scene_with_box(std::string_view rest, std::string_view beside = "") {
+  std::string cloud = R"({"grid": {"shape": "box", "size_m": [2, 1, 1], "voxel_m": 0.125},
+                          "media": [{"density": "density", "extinction": 0.5, "albedo": 0.25}])";
+  cloud += rest;
+  cloud += "}";
+  return scene_with(cloud, beside);
 }
 
 BuiltWorld build(const std::string& text, double time_s = 0, const std::filesystem::path& folder = ".") {
@@ -27,9 +40,6 @@ double depth_along(const World& world, const Vec3d& from, const Vec3d& direction
   return depth;
 }
 
-const char* kBox = R"({"grid": {"shape": "box", "size_m": [2, 1, 1], "voxel_m": 0.125},
-                       "media": [{"density": "density", "extinction": 0.5, "albedo": 0.25}])";
-
 /// A folder of its own that is gone afterwards.
 struct Folder {
   std::filesystem::path path =
@@ -41,8 +51,7 @@ struct Folder {
 }  // namespace
 
 TEST_CASE("a place scales lengths, turns and shifts a cloud, and leaves its density", "[scene][world]") {
-  const World world = build(scene_with(std::string(kBox) +
-      R"(, "place": {"translate_m": [10, 20, 30], "rotate_deg": [0, 0, 90], "scale": 3}})")).world;
+  const World world = build(scene_with_box(R"(, "place": {"translate_m": [10, 20, 30], "rotate_deg": [0, 0, 90], "scale": 3})")).world;
   CHECK(world.bounds().min.x == Approx(10 - 1.5));
   CHECK(world.bounds().max.y == Approx(20 + 3));
   // The long side, 2 m, has become 6 m along y.
@@ -60,12 +69,12 @@ TEST_CASE("media of one grid add up and keep their own albedo", "[scene][world]"
 }
 
 TEST_CASE("a temperature emits Planck's radiance by Kirchhoff's law", "[scene][world]") {
-  const World world = build(scene_with(std::string(kBox) + R"(, "temperature": {"K": 300}})")).world;
+  const World world = build(scene_with_box(R"(, "temperature": {"K": 300})")).world;
   CHECK(world.at(0, Vec3d(0)).emission == Approx(0.5 * 0.75 * world.bands()[0].planck(300)));
 }
 
 TEST_CASE("a source stands in for Planck, an emission is added as it is", "[scene][world]") {
-  const World world = build(scene_with(std::string(kBox) + R"(, "source": 2, "emission": 3})")).world;
+  const World world = build(scene_with_box(R"(, "source": 2, "emission": 3)")).world;
   // Both are per um over a band of 4 um.
   CHECK(world.at(0, Vec3d(0)).emission == Approx(0.5 * 0.75 * 2 * 4 + 3 * 4));
 }
@@ -105,7 +114,7 @@ TEST_CASE("raw grids of one lattice share an octree, others get their own with t
 }
 
 TEST_CASE("sky, sun, hot spheres and beams arrive in the World", "[scene][world]") {
-  const World world = build(scene_with(std::string(kBox) + "}", R"(,
+  const World world = build(scene_with_box("", R"(,
     "environment": {"sky": {"K": 250}, "sun": {"zenith_deg": 90, "azimuth_deg": 90, "irradiance": 2}},
     "sources": [{"name": "flare", "position_m": [0, 0, 2], "radius_m": 0.1, "K": 2000}],
     "beams": [{"position_m": [0, 0, 5], "toward": [0, 0, -2], "power": 1}])")).world;
@@ -121,7 +130,7 @@ TEST_CASE("sky, sun, hot spheres and beams arrive in the World", "[scene][world]
 }
 
 TEST_CASE("a periodic cloud repeats after n dx where no period is given", "[scene][world]") {
-  const World world = build(scene_with(std::string(kBox) + R"(, "periodic": ["x"]})")).world;
+  const World world = build(scene_with_box(R"(, "periodic": ["x"])")).world;
   CHECK(world.period()[0].x == Approx(2));
   CHECK(world.at(0, {1000.3, 0, 0}).extinction == Approx(0.5));
   CHECK(world.at(0, {0, 1000.3, 0}).extinction == 0);

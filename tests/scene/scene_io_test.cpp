@@ -70,16 +70,16 @@ TEST_CASE("the smallest scene holds the defaults", "[scene][reader]") {
   CHECK_FALSE(scene.sky);
   CHECK_FALSE(scene.sun);
   CHECK(scene.sensor.up == Vec3d(0, 0, 1));
-  CHECK(scene.sensor.projection == ProjectionKind::perspective);
+  CHECK(scene.sensor.projection == Projection::perspective);
   CHECK(scene.sensor.fov_deg == 20);
   CHECK(scene.sensor.resolution == std::array<int, 2>{320, 240});
   CHECK(scene.sensor.max_oversampling == 16);
   CHECK_FALSE(scene.sensor.scattering_depth);
   CHECK(scene.render.photons == 1000000);
   CHECK(scene.render.nearest == 64);
-  CHECK(scene.render.kernel == KernelKind::epanechnikov);
+  CHECK(scene.render.kernel == Kernel::epanechnikov);
   CHECK(scene.render.photon_power_min == 0);
-  CHECK(scene.render.directions == DirectionsKind::stratified);
+  CHECK(scene.render.directions == Directions::stratified);
   CHECK_FALSE(scene.render.final_gather);
   CHECK(scene.render.samples == 64);
   CHECK(scene.render.octree_tolerance == 0.001);
@@ -126,7 +126,7 @@ TEST_CASE("what a scene says arrives in the description", "[scene][reader]") {
   CHECK((other.sun->toward - Vec3d(0.353553, -0.353553, 0.866025)).length() < 1e-6);
   CHECK(other.sensor.scattering_depth == 3);
   CHECK(other.sensor.width_m == 5);
-  CHECK(other.render.kernel == KernelKind::cone);
+  CHECK(other.render.kernel == Kernel::cone);
   CHECK(other.render.seed == 7);
 }
 
@@ -465,7 +465,7 @@ TEST_CASE("an edit changes the scene before it is read", "[scene][reader][set]")
   CHECK(scene.bands[0].um == std::array<double, 2>{3, 5});
   CHECK(scene.bands[1].name == "b");
   CHECK(scene.sun->toward == Vec3d(0, 1, 0));
-  CHECK(scene.sensor.projection == ProjectionKind::fisheye);
+  CHECK(scene.sensor.projection == Projection::fisheye);
   try {
     parse_scene(kSmallest, ".",
                 {{"/render/photons", "x", "--photons"}, {"photons", "1", "--set"}, {"/bands/7/um", "1", "--set"},
