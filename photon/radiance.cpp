@@ -223,6 +223,7 @@ class Pass {
           [&](const Vec3d& y) noexcept { return world_.extinction_in_map(interval_, y); },
           [&](const Vec3d& travel) noexcept { return scattering.phase(travel.dot(outward)); },
           settings_.gather);
+      counts_.anomalies += estimate.anomaly;
       Incoming& in = incoming_[point.ray];
       for (std::size_t b = 0; b < in.map.size(); ++b) in.map[b] += point.weight * estimate.batch[b];
       in.bias += point.weight * estimate.bias;
