@@ -1,16 +1,11 @@
 #include "octree/walk.h"
 
+#include "octree/line.h"
+
 namespace obscura {
-namespace {
 
-// Directions whose inverse would overflow are parallel to the axis.
-constexpr double kSmallestDirection = std::numeric_limits<double>::min();
-
-bool finite(const Vec3d& v) noexcept {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
-}  // namespace
+using detail::finite;
+using detail::kSmallestDirection;
 
 void Walk::start(const Ray& ray) noexcept {
   assert(finite(ray.origin) && finite(ray.direction) && !(ray.t_min > ray.t_max));
@@ -134,59 +129,6 @@ void Walk::enter_block() noexcept {
   }
 }
 
-template <class Value>
-double Walk::brick_integral(Value&& value) noexcept {
-  // The same walk with what it needs in registers. Times are added up from plane to plane: off by a few
-  // roundings at most, since every brick begins anew; so near to its end the brick is at its end.
-  const double to_leave = std::min(block_end_, leave_);
-  const double limit = to_leave - 1e-13 * (std::abs(to_leave) + 1);
-  const auto delta = [&](int axis) { return std::abs(inverse_[axis] * step_[axis]); };
-  double t0 = t_[0], t1 = t_[1], t2 = t_[2], t = begin_, sum = 0;
-  const double d0 = delta(0), d1 = delta(1), d2 = delta(2);
-  const int s0 = stride_[0], s1 = stride_[1], s2 = stride_[2];
-  int i = index_;
-  for (;;) {
-    const double to = std::min(std::min(t0, t1), t2);
-    const double here = value(i);
-    if (to >= limit) return sum + here * (to_leave - t);
-    sum += here * (to - t);
-    t = to;
-    // No branch: which plane comes next cannot be predicted.
-    const bool over0 = t0 <= to, over1 = t1 <= to, over2 = t2 <= to;
-    t0 += over0 ? d0 : 0.0;
-    t1 += over1 ? d1 : 0.0;
-    t2 += over2 ? d2 : 0.0;
-    i += (over0 ? s0 : 0) + (over1 ? s1 : 0) + (over2 ? s2 : 0);
-  }
-}
-
-double Walk::integral(int channel) noexcept {
-  double sum = 0;
-  while (next()) {
-    if (kind_ == Kind::empty) continue;
-    if (kind_ == Kind::coarse || cell_level_ >= 3) {
-      sum += static_cast<double>(value(channel)) * (end_ - begin_);
-      continue;
-    }
-    const detail::ChannelHeader& h = header(channel);
-    const std::byte* data = record_ + h.data_offset();
-    if (h.bits() == 32) {
-      sum += brick_integral([data](int i) {
-        float v;
-        std::memcpy(&v, data + 4 * static_cast<std::ptrdiff_t>(i), 4);
-        return static_cast<double>(v);
-      });
-    } else {
-      sum += brick_integral([this, &h](int i) { return static_cast<double>(detail::unpack(record_, h, static_cast<unsigned>(i))); });
-    }
-    // On to the end of the brick. Where the ray is in its last leaf does not matter: the next block is found from t.
-    end_ = std::min(block_end_, leave_);
-    cell_level_ = 3;
-    for (int axis = 0; axis < 3; ++axis) plane_[axis] = corner_[axis] + (sign_[axis] > 0 ? 8.0 : 0.0);
-  }
-  return sum;
-}
-
 Cell Walk::cell() const noexcept {
   const int bits = block_level_ - cell_level_;
   const int mask = (1 << bits) - 1;
@@ -197,49 +139,6 @@ Cell Walk::cell() const noexcept {
 
 float Walk::coarse_value(int channel) const noexcept {
   return detail::cell_bounds(*tree_, channel, cell()).mean;
-}
-
-double optical_depth(const Octree& tree, const Ray& index_ray, std::span<const double> weights) noexcept {
-  assert(weights.size() == tree.channels().size());
-  double depth = 0;
-  Walk segments(tree, index_ray);
-  if (weights.size() == 1) return weights[0] * segments.integral(0);
-  while (segments.next()) {
-    if (segments.in_empty_leaf()) continue;
-    double extinction = 0;
-    for (std::size_t c = 0; c < weights.size(); ++c) {
-      if (weights[c] != 0) extinction += weights[c] * static_cast<double>(segments.value(static_cast<int>(c)));
-    }
-    depth += extinction * (segments.end() - segments.begin());
-  }
-  return depth;
-}
-
-FreePath free_path(const Octree& tree, const Ray& index_ray, std::span<const double> weights,
-                   double target_depth) noexcept {
-  assert(weights.size() == tree.channels().size());
-  assert(target_depth >= 0);
-  FreePath path{index_ray.t_min, 0, false};
-  Walk segments(tree, index_ray);
-  while (segments.next()) {
-    path.t = segments.end();
-    if (segments.in_empty_leaf()) continue;
-    double extinction = 0;
-    for (std::size_t c = 0; c < weights.size(); ++c) {
-      if (weights[c] != 0) extinction += weights[c] * static_cast<double>(segments.value(static_cast<int>(c)));
-    }
-    if (!(extinction > 0)) continue;
-    const double depth = path.depth + extinction * (segments.end() - segments.begin());
-    if (depth >= target_depth) {
-      const double t = segments.begin() + (target_depth - path.depth) / extinction;
-      path.t = std::min(t, std::nextafter(segments.end(), segments.begin()));
-      path.depth = target_depth;
-      path.collided = true;
-      return path;
-    }
-    path.depth = depth;
-  }
-  return path;
 }
 
 }  // namespace obscura

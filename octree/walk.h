@@ -65,9 +65,6 @@ class Walk {
     return kind_ == Kind::empty ? 0.0f : coarse_value(channel);
   }
 
-  /// Integral over t of a channel along all that is left of the ray, faster than by segments. Ends the walk.
-  double integral(int channel) noexcept;
-
   /// The present leaf, or the cell at which the walk stops.
   Cell cell() const noexcept;
 
@@ -86,8 +83,6 @@ class Walk {
   void enter_block() noexcept;
   int locate(int axis, double t, int low, int high) const noexcept;
   float coarse_value(int channel) const noexcept;
-  template <class Value>
-  double brick_integral(Value&& value) noexcept;
 
   // Over the nearest plane into the next leaf of the same brick.
   void step() noexcept {
