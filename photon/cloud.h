@@ -31,6 +31,9 @@ struct Temperature {
 };
 
 struct Cloud {
+  /// Most channels that its octree can have: kernels decode a brick of them without allocating.
+  static constexpr int kMaxChannels = 16;
+
   std::string name;
   std::shared_ptr<const Octree> octree;
   Affine local_to_world;         ///< rotation, translation and uniform scale

@@ -210,9 +210,8 @@ EmittedPhoton PhotonEmitter::from_cloud(int cloud, double u, const std::array<do
     side = std::exp2(block.cell.level);
   } else {
     if (cache.cloud != cloud || cache.block != b) {
-      constexpr int kMostChannels = 16;
-      std::array<std::array<float, 512>, kMostChannels> values;
-      for (int c = 0; c < octree.channel_count() && c < kMostChannels; ++c) {
+      std::array<std::array<float, 512>, Cloud::kMaxChannels> values;
+      for (int c = 0; c < octree.channel_count(); ++c) {
         octree.decode(b, c, std::span<float, 512>(values[static_cast<std::size_t>(c)]));
       }
       double sum = 0;

@@ -15,6 +15,10 @@ CloudFrame make_frame(const Cloud& cloud) {
     throw InputError("cloud \"" + cloud.name + "\"", "its placement has no volume",
                      "give a scale greater than 0");
   }
+  if (cloud.octree->channel_count() > Cloud::kMaxChannels) {
+    throw InputError("cloud \"" + cloud.name + "\"", std::to_string(cloud.octree->channel_count()) + " channels",
+                     "divide them among clouds: at most " + std::to_string(Cloud::kMaxChannels) + " in one");
+  }
   frame.world_to_local = cloud.local_to_world.inverse();
   frame.local_to_index = cloud.octree->local_to_index();
   frame.world_to_index = frame.world_to_local * frame.local_to_index;

@@ -67,8 +67,8 @@ class World {
   /// Most clouds that one World can hold: kernels merge their walks without allocating.
   static constexpr int kMaxClouds = 64;
 
-  /// @throws InputError where a cloud is not what kernels rely on (too many clouds, periods smaller
-  /// than the grid, singular placement).
+  /// @throws InputError where a cloud is not what kernels rely on (too many clouds or channels, periods
+  /// smaller than the grid, singular placement).
   explicit World(WorldContents contents);
 
   const std::vector<Band>& bands() const noexcept { return contents_.bands; }

@@ -261,6 +261,20 @@ TEST_CASE("a World that kernels could not serve is refused with cause and remedy
   Cloud flat = make_cloud({});
   flat.local_to_world = placement(Vec3d(0), Vec3d(0), 0);
   CHECK_THROWS_AS(world_of({flat}), InputError);
+  for (const int channels : {16, 17}) {
+    std::vector<std::string> names;
+    for (int c = 0; c < channels; ++c) names.push_back("c" + std::to_string(c));
+    BuildSettings settings;
+    settings.tolerance = 0;
+    Cloud wide = make_cloud({});
+    wide.octree = std::make_shared<const Octree>(
+        build_octree(field_stream(Box3i(Vec3i(0), Vec3i(8)), names, [](int, const Vec3i&) { return 1.0f; }), settings).first);
+    if (channels == 16) {
+      CHECK_NOTHROW(world_of({wide}));
+    } else {
+      CHECK_THROWS_AS(world_of({wide}), InputError);
+    }
+  }
 }
 
 TEST_CASE("batched depths and flights agree with the scalar walk: one cloud and three", "[photon][world]") {
