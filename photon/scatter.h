@@ -6,8 +6,8 @@
 
 namespace obscura {
 
-/// What scatters at one point, made once and used for many directions. A small fixed list: the
-/// strongest media of a point that holds more than kMost are kept, which only a scene with dozens of
+/// What scatters at one point, made once and used for many directions. A small fixed list: of a point
+/// that holds more than kMost scattering media the first are kept, which only a scene with dozens of
 /// overlapping media at one place would see.
 class LocalScattering {
  public:
