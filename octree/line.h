@@ -144,7 +144,6 @@ inline void for_each_leaf(const LeafSteps& steps, double begin, double end, Visi
     }
     if (!visit(i, t, to)) return;
     t = to;
-    // No branch: which plane comes next cannot be predicted.
     i += (t0 <= to ? s0 : 0) + (t1 <= to ? s1 : 0) + (t2 <= to ? s2 : 0);
     t0 = t0 <= to ? n0 : t0;
     t1 = t1 <= to ? n1 : t1;
