@@ -25,6 +25,8 @@ if(OBSCURA_WARNINGS_AS_ERRORS)
   target_compile_options(obscura_settings INTERFACE -Werror)
 endif()
 if(OBSCURA_SANITIZE)
-  add_compile_options(-fsanitize=${OBSCURA_SANITIZE} -fno-omit-frame-pointer -g1)
+  # A finding of the undefined sanitizer ends the program too, so that no test passes over it.
+  add_compile_options(-fsanitize=${OBSCURA_SANITIZE} -fno-sanitize-recover=all
+    -fno-omit-frame-pointer -g1)
   add_link_options(-fsanitize=${OBSCURA_SANITIZE})
 endif()
