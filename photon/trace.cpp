@@ -193,6 +193,8 @@ TraceResult trace_photons(const World& world, int interval, const TraceSettings&
   std::atomic<bool> cancelled{false};
   std::uint64_t first = 0;
   for (std::uint64_t batch = 0; batch < batches; ++batch) {
+    if (progress.cancelled()) cancelled = true;
+    if (cancelled) break;
     const std::uint64_t count = settings.photons / batches + (batch < settings.photons % batches);
     const EmissionNumbers numbers(settings, interval, static_cast<int>(batch), first);
     const double share = 1.0 / (static_cast<double>(batches) * static_cast<double>(count));
