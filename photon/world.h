@@ -1,4 +1,4 @@
-// The World at one time: clouds, hot spheres, sky, sun and beams, with their optics at every
+// The World at one time: clouds, surfaces, hot spheres, sky, sun and beams, with their optics at every
 // spectral interval. Made from arrays, immutable; all kernels read it.
 #pragma once
 
@@ -11,11 +11,12 @@
 #include "octree/base/math.h"
 #include "photon/band.h"
 #include "photon/cloud.h"
+#include "photon/object.h"
 #include "photon/spheres.h"
 
 namespace obscura {
 
-/// A distant disc of light (sun).
+/// A distant disc of light: sun or moon.
 struct Sun {
   Vec3d toward{0, 0, 1};           ///< unit vector from the scene to it
   std::vector<double> irradiance;  ///< W/m2 per interval, normal to the beam
@@ -30,12 +31,22 @@ struct Beam {
   std::vector<double> power;  ///< W per interval
 };
 
+/// Homogeneous air that absorbs and emits, does not scatter, and is everywhere.
+struct Atmosphere {
+  std::vector<double> extinction;  ///< 1/m per interval
+  std::vector<double> radiance;    ///< of a black body at its temperature, W/m2/sr per interval
+};
+
 /// What a World is made of. Per-interval vectors hold one value for every interval of every band.
 struct WorldContents {
   std::vector<Band> bands;
   std::vector<Cloud> clouds;
   std::vector<double> sky;            ///< radiance over the full sphere, W/m2/sr; empty: 0
   std::optional<Sun> sun;
+  std::optional<Sun> moon;
+  std::optional<Atmosphere> atmosphere;
+  std::vector<Material> materials;
+  std::vector<Object> objects;
   std::vector<HotSphere> sources;     ///< hot spheres that light the cloud directly
   std::vector<HotSphere> particles;   ///< hot spheres whose light is stored from the first collision
   std::vector<Beam> beams;

@@ -26,7 +26,7 @@ export UBSAN_OPTIONS="print_stacktrace=1${UBSAN_OPTIONS:+:$UBSAN_OPTIONS}"
 export TSAN_OPTIONS="suppressions=$support/tsan.supp:halt_on_error=1:second_deadlock_stack=1${TSAN_OPTIONS:+:$TSAN_OPTIONS}"
 
 cmake -S "$root" -B "$build" -G Ninja -DOBSCURA_BUILD_TESTS=ON -DOBSCURA_SANITIZE=$flags \
-  -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG="-O1 -D_GLIBCXX_ASSERTIONS"
+  -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG="-O2 -g1 -D_GLIBCXX_ASSERTIONS"
 cmake --build "$build"
 
 # Left out: what compiles without the sanitizer, and files on which OpenVDB asks for as much memory as an
