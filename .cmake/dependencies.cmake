@@ -18,6 +18,8 @@ find_package(ZLIB REQUIRED)
 find_library(OBSCURA_BLOSC blosc REQUIRED)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(netcdf REQUIRED IMPORTED_TARGET netcdf)
+# Its CMake package asks for targets that Debian does not install.
+pkg_check_modules(assimp REQUIRED IMPORTED_TARGET assimp)
 
 # Some packages name include folders that are not installed (opencv4 behind OpenImageIO).
 function(obscura_drop_missing_includes target)
@@ -43,4 +45,4 @@ endforeach()
 add_library(obscura_dependencies INTERFACE)
 target_link_libraries(obscura_dependencies INTERFACE
   OpenVDB::openvdb OpenImageIO::OpenImageIO embree hwy::hwy fmt::fmt
-  nlohmann_json::nlohmann_json CLI11::CLI11 PkgConfig::netcdf ZLIB::ZLIB ${OBSCURA_BLOSC} Threads::Threads)
+  nlohmann_json::nlohmann_json CLI11::CLI11 PkgConfig::netcdf PkgConfig::assimp ZLIB::ZLIB ${OBSCURA_BLOSC} Threads::Threads)
