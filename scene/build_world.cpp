@@ -9,47 +9,18 @@
 #include "octree/puffs.h"
 #include "octree/shapes.h"
 #include "photon/build_measure.h"
+#include "scene/build_surfaces.h"
+#include "scene/per_interval.h"
 
 namespace obscura {
-namespace {
 
-constexpr double kDegree = kPi / 180;
+using namespace detail;
+
+namespace {
 
 Band make_band(const BandDescription& band) {
   if (band.grey()) return Band(band.name);
   return Band(band.name, (*band.um)[0], (*band.um)[1], band.samples, band.response);
-}
-
-/// Calls value(band, interval) for every spectral interval of the scene.
-template <class F>
-auto per_interval(const std::vector<Band>& bands, F&& value) {
-  std::vector<decltype(value(std::size_t{0}, 0))> result;
-  for (std::size_t b = 0; b < bands.size(); ++b) {
-    for (int j = 0; j < bands[b].interval_count(); ++j) result.push_back(value(b, j));
-  }
-  return result;
-}
-
-/// Radiance, irradiance or power: integrated with the response.
-std::vector<double> integrated(const std::vector<Band>& bands, const Spectrum& spectrum) {
-  return per_interval(bands, [&](std::size_t b, int j) { return bands[b].integrate(j, spectrum); });
-}
-
-std::vector<double> optical(const std::vector<Band>& bands, const Spectrum& spectrum) {
-  return per_interval(bands, [&](std::size_t b, int j) { return bands[b].optics(j, spectrum); });
-}
-
-/// Of something that has a temperature, a radiance or both.
-std::vector<double> emitted(const Description& scene, const std::vector<Band>& bands,
-                            const std::optional<double>& K, const std::optional<Spectrum>& radiance) {
-  return per_interval(bands, [&](std::size_t b, int j) {
-    switch (emitter(scene, scene.bands[b], K.has_value(), radiance.has_value())) {
-      case Emitter::planck: return bands[b].planck(j, *K);
-      case Emitter::radiance: return bands[b].integrate(j, *radiance);
-      case Emitter::none: break;
-    }
-    return 0.0;
-  });
 }
 
 /// The cloud's voxels, grids of one lattice together; the temperature is on every density's lattice.
@@ -154,6 +125,22 @@ void require_channels(const CloudDescription& wish, const std::vector<VoxelStrea
   if (wish.temperature) require(wish.temperature->grid);
 }
 
+Sun make_sun(const std::vector<Band>& bands, const SunDescription& sun) {
+  return {sun.toward.normalized(), integrated(bands, sun.irradiance), sun.diameter_deg * kDegree};
+}
+
+/// Nothing where the air is perfectly clear.
+std::optional<Atmosphere> make_atmosphere(const Description& scene, const std::vector<Band>& bands) {
+  if (!scene.atmosphere) return std::nullopt;
+  const AtmosphereDescription& air = *scene.atmosphere;
+  Atmosphere atmosphere{optical(bands, air.extinction_per_m), {}};
+  const bool clear = std::all_of(atmosphere.extinction.begin(), atmosphere.extinction.end(), [](double k) { return k <= 0; });
+  if (clear) return std::nullopt;
+  const std::optional<double> K = air.K || air.radiance ? air.K : 288;
+  atmosphere.radiance = emitted(scene, bands, K, air.radiance);
+  return atmosphere;
+}
+
 std::vector<HotSphere> particles_at(const Description& scene, const std::vector<Band>& bands, double time_s) {
   // The rows of the latest time that has come.
   double latest = -kInfinity;
@@ -198,10 +185,10 @@ BuiltWorld build_world(const Description& scene, double time_s, const Progress& 
   }
   contents.particles = particles_at(scene, bands, time_s);
   if (scene.sky) contents.sky = emitted(scene, bands, scene.sky->K, scene.sky->radiance);
-  if (scene.sun) {
-    contents.sun = Sun{scene.sun->toward.normalized(), integrated(bands, scene.sun->irradiance),
-                       scene.sun->diameter_deg * kDegree};
-  }
+  if (scene.sun) contents.sun = make_sun(bands, *scene.sun);
+  if (scene.moon) contents.moon = make_sun(bands, *scene.moon);
+  contents.atmosphere = make_atmosphere(scene, bands);
+  build_surfaces(scene, contents);
   for (const BeamDescription& beam : scene.beams) {
     contents.beams.push_back({beam.position_m, beam.toward.normalized(), beam.radius_m, integrated(bands, beam.power)});
   }

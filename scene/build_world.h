@@ -1,4 +1,4 @@
-// From the wish to the World at one time: opens the volumes, builds their octrees and works out the
+// From the wish to the World at one time: opens volumes and meshes, builds octrees and works out the
 // optics of every spectral interval.
 #pragma once
 
@@ -25,7 +25,7 @@ struct BuiltWorld {
   std::vector<OctreeRecord> octrees;
 };
 
-/// @throws InputError where a volume is broken or lacks a grid; ResourceError where memory or disk fail.
+/// @throws InputError where a volume or mesh is broken or lacks what the scene names; ResourceError where memory or disk fail.
 BuiltWorld build_world(const Description& scene, double time_s, const Progress& progress = {});
 
 }  // namespace obscura

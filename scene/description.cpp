@@ -4,6 +4,11 @@
 
 namespace obscura {
 
+bool ObjectDescription::has_kelvin() const {
+  return K || !temperature.empty() ||
+         std::any_of(groups.begin(), groups.end(), [](const auto& group) { return group.second.K.has_value(); });
+}
+
 Emitter emitter(const Description& scene, const BandDescription& band, bool has_temperature,
                 bool has_radiance) noexcept {
   const bool any_grey = std::any_of(scene.bands.begin(), scene.bands.end(),

@@ -13,6 +13,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -77,6 +78,42 @@ struct CloudDescription {
   std::array<double, 2> period_m{0, 0};         ///< 0: not given, n * dx
 };
 
+enum class SurfaceKind { mesh, plane, box, sphere };
+
+/// What a scene gives to a named part of a mesh file; what it leaves out is the object's.
+struct GroupDescription {
+  std::optional<std::string> material;
+  std::optional<double> K;
+};
+
+/// A surface: a file of triangles, or a shape about the origin.
+struct ObjectDescription {
+  std::string name;
+  SurfaceKind kind = SurfaceKind::mesh;
+  std::filesystem::path mesh;                      ///< ready to open
+  std::map<std::string, GroupDescription> groups;  ///< by a group's or a material's name in the file
+  std::filesystem::path temperature;               ///< table of kelvin per face or vertex; empty: none
+  std::array<double, 2> plane_m{0, 0};             ///< plane: its sides
+  Vec3d box_m{0, 0, 0};                            ///< box: its edges
+  double radius_m = 0;                             ///< sphere
+  std::string material;                            ///< empty: black
+  std::optional<double> K;
+  std::optional<Spectrum> radiance;                ///< see Emitter; times emissivity
+  bool double_sided = false;
+  PlaceDescription place;
+
+  /// Whether the scene file gives it kelvin anywhere; a mesh file may hold its own.
+  bool has_kelvin() const;
+};
+
+struct MaterialDescription {
+  Spectrum emissivity = Spectrum::constant(1);
+  std::vector<double> angle_deg, angle_factor;  ///< of the emissivity, from the normal; empty: none
+  double specular = 0;
+  double roughness = 0;
+  double permeable = 0;
+};
+
 /// A hot sphere.
 struct SourceDescription {
   std::string name;
@@ -105,6 +142,13 @@ struct SunDescription {
   double diameter_deg = 0.533;
 };
 
+/// Clear air; without K or radiance it has 288 K.
+struct AtmosphereDescription {
+  Spectrum extinction_per_m = Spectrum::constant(0);
+  std::optional<double> K;
+  std::optional<Spectrum> radiance;
+};
+
 struct SensorDescription {
   Vec3d position_m{0, 0, 0};
   Vec3d look_at_m{0, 0, 0};
@@ -114,6 +158,7 @@ struct SensorDescription {
   double width_m = 0;   ///< orthographic
   std::array<int, 2> resolution{320, 240};
   int max_oversampling = 16;           ///< rays per pixel
+  int specular_depth = 4;              ///< mirror reflections at most
   std::optional<int> scattering_depth; ///< none: no limit
 };
 
@@ -156,10 +201,14 @@ struct Description {
   double time_s = 0;
   std::vector<BandDescription> bands;
   std::vector<CloudDescription> clouds;
+  std::vector<ObjectDescription> objects;
+  std::map<std::string, MaterialDescription> materials;
   std::vector<SourceDescription> sources;
   std::vector<ParticleDescription> particles;  ///< all times, as in the file
   std::optional<SkyDescription> sky;
   std::optional<SunDescription> sun;
+  std::optional<SunDescription> moon;
+  std::optional<AtmosphereDescription> atmosphere;
   SensorDescription sensor;
   std::vector<ProbeDescription> probes;
   std::vector<FluxDescription> flux;

@@ -1,5 +1,7 @@
 #include "scene/scene_check.h"
 
+#include "scene/scene_words.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -87,14 +89,18 @@ void check_grey(Findings& findings, const Description& scene) {
     findings.problem(pointer, fmt::format("a temperature says nothing in the grey band \"{}\"", grey->name),
                      fmt::format("give \"{}\" instead, or give the band \"um\"", instead));
   };
-  const auto check_either = [&](const std::string& pointer, bool has_K, bool has_radiance, bool needed) {
-    if (findings.bad(pointer_to(pointer, "K")) || findings.bad(pointer_to(pointer, "radiance"))) return;
+  const auto check_pair = [&](const std::string& K, const std::string& pointer, bool has_K, bool has_radiance) {
     if (any_grey && has_K && (all_grey || !has_radiance)) {
-      refuse_kelvin(pointer_to(pointer, "K"), "radiance");
+      refuse_kelvin(K, "radiance");
     } else if (!any_grey && has_K && has_radiance) {
       findings.problem(pointer_to(pointer, "radiance"), "\"K\" and \"radiance\" are both given",
                        "give one; both only where the scene also holds grey bands, which take the radiance");
-    } else if (needed && !has_K && !has_radiance) {
+    }
+  };
+  const auto check_either = [&](const std::string& pointer, bool has_K, bool has_radiance, bool needed) {
+    if (findings.bad(pointer_to(pointer, "K")) || findings.bad(pointer_to(pointer, "radiance"))) return;
+    check_pair(pointer_to(pointer, "K"), pointer, has_K, has_radiance);
+    if (needed && !has_K && !has_radiance) {
       findings.problem(pointer_to(pointer, any_grey ? "radiance" : "K"), "neither \"K\" nor \"radiance\" is given",
                        any_grey ? "give \"radiance\"" : "give one of them");
     }
@@ -106,6 +112,23 @@ void check_grey(Findings& findings, const Description& scene) {
   }
   if (scene.sky) {
     check_either("/environment/sky", scene.sky->K.has_value(), scene.sky->radiance.has_value(), false);
+  }
+  if (scene.atmosphere) {
+    check_either("/environment/atmosphere", scene.atmosphere->K.has_value(), scene.atmosphere->radiance.has_value(), false);
+  }
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const ObjectDescription& object = scene.objects[i];
+    const std::string pointer = element("objects", i);
+    check_either(pointer, object.K.has_value(), object.radiance.has_value(), false);
+    if (findings.bad(pointer_to(pointer, "radiance"))) continue;
+    // Kelvin of its parts are the object's too.
+    for (const auto& [name, group] : object.groups) {
+      const std::string K = pointer_to(pointer_to(pointer_to(pointer, "groups"), name), "K");
+      if (group.K) check_pair(K, pointer, true, object.radiance.has_value());
+    }
+    if (!object.temperature.empty()) {
+      check_pair(pointer_to(pointer, "temperature"), pointer, true, object.radiance.has_value());
+    }
   }
   if (!any_grey) return;
 
@@ -176,6 +199,27 @@ void check_clouds(Findings& findings, Description& scene) {
   }
 }
 
+void check_objects(Findings& findings, Description& scene) {
+  check_names(findings, scene.objects, "objects", "object");
+  std::vector<std::string> names;
+  for (const auto& [name, ignored] : scene.materials) names.push_back(name);
+  const bool unread = scene.materials.empty() && findings.bad("/materials");
+  const auto check_material = [&](const std::string& pointer, const std::string& name) {
+    if (scene.materials.count(name) || unread) return;
+    findings.problem(pointer, fmt::format("there is no material \"{}\"", name),
+                     names.empty() ? "describe it in \"materials\", or leave it out: emissivity 1" : suggest(name, names));
+  };
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const ObjectDescription& object = scene.objects[i];
+    const std::string pointer = element("objects", i);
+    if (!object.material.empty()) check_material(pointer_to(pointer, "material"), object.material);
+    for (const auto& [name, group] : object.groups) {
+      if (!group.material) continue;
+      check_material(pointer_to(pointer_to(pointer_to(pointer, "groups"), name), "material"), *group.material);
+    }
+  }
+}
+
 void check_sensor(Findings& findings, SensorDescription& s) {
   const bool placed = findings.good("/sensor/position_m") && findings.good("/sensor/look_at_m");
   const Vec3d view = s.look_at_m - s.position_m;
@@ -217,12 +261,14 @@ void check_sensor(Findings& findings, SensorDescription& s) {
 void check_description(Findings& findings, Description& scene) {
   check_bands(findings, scene.bands);
   check_clouds(findings, scene);
+  check_objects(findings, scene);
   check_names(findings, scene.sources, "sources", "source");
   check_names(findings, scene.probes, "probes", "probe");
   check_names(findings, scene.flux, "flux", "flux");
   check_grey(findings, scene);
   check_sensor(findings, scene.sensor);
   if (scene.sun) check_direction(findings, "/environment/sun/toward", scene.sun->toward);
+  if (scene.moon) check_direction(findings, "/environment/moon/toward", scene.moon->toward);
   for (std::size_t i = 0; i < scene.flux.size(); ++i) {
     check_direction(findings, pointer_to(element("flux", i), "normal"), scene.flux[i].normal);
   }

@@ -146,6 +146,74 @@ void keys(V& v, CloudDescription& c) {
 }
 
 template <class V>
+void keys(V& v, GroupDescription& g) {
+  v.optional("material", g.material, any(), "name of a material; default the object's");
+  v.optional("K", g.K, at_least(0), "temperature; default the object's");
+}
+
+struct SurfaceTemperatureDescription {
+  std::filesystem::path file;
+};
+template <class V>
+void keys(V& v, SurfaceTemperatureDescription& t) {
+  v.required("file", t.file, any(),
+             "table with the header face,K or vertex,K; numbers from 0 in the mesh file's order, those left out "
+             "have the object's K");
+}
+
+template <class V>
+void keys(V& v, ObjectDescription& o) {
+  v.form("mesh");
+  v.sets(o.kind, SurfaceKind::mesh);
+  v.required("mesh", o.mesh, files({".obj", ".ply", ".stl", ".gltf", ".glb", ".asc", ".asc.gz"}),
+             "triangles: Wavefront, Stanford, STL or glTF; or terrain: an ESRI ASCII grid");
+  v.optional("groups", o.groups, any(), "material and temperature by a group's or a material's name in the file");
+  std::optional<SurfaceTemperatureDescription> temperature;
+  v.optional("temperature", temperature, any(), "kelvin per face or vertex");
+  if (temperature) o.temperature = temperature->file;
+  v.form("shape", "plane");
+  v.sets(o.kind, SurfaceKind::plane);
+  v.required("size_m", o.plane_m, above(0), "sides, in z = 0 and centred on the origin; faces up");
+  v.form("shape", "box");
+  v.sets(o.kind, SurfaceKind::box);
+  v.required("size_m", o.box_m, above(0), "edges, centred on the origin; faces outward");
+  v.form("shape", "sphere");
+  v.sets(o.kind, SurfaceKind::sphere);
+  v.required("radius_m", o.radius_m, above(0), "radius, about the origin; faces outward");
+  v.every_form();
+  v.optional("name", o.name, any(), "for messages and the report; default object1, object2, ...");
+  v.optional("material", o.material, any(), "name of a material; absent: emissivity 1");
+  v.optional("K", o.K, at_least(0), "temperature; absent: emits nothing; not in a grey band");
+  v.optional("radiance", o.radiance, at_least(0), "in place of K, times emissivity");
+  v.optional("double_sided", o.double_sided, any(),
+             "false: the back emits nothing and absorbs everything; true: both sides emit and reflect");
+  v.optional("place", o.place, any(), "where the object stands");
+  v.later("trajectory", Json::array(), "poses over time");
+  v.later("carried_by", nullptr, "object that carries this one");
+}
+
+struct AngleFactorDescription {
+  std::vector<double> angle_deg, factor;
+};
+template <class V>
+void keys(V& v, AngleFactorDescription& a) {
+  v.required("angle_deg", a.angle_deg, numbers(1, between(0, 90)), "angles from the normal");
+  v.required("factor", a.factor, numbers(1, at_least(0), false), "of the emissivity there, linear in between");
+}
+
+template <class V>
+void keys(V& v, MaterialDescription& m) {
+  v.optional("emissivity", m.emissivity, between(0, 1), "reflectance is 1 - emissivity");
+  std::optional<AngleFactorDescription> by_angle;
+  v.optional("emissivity_by_angle", by_angle, any(), "the emissivity's change with angle; the product is cut at 1");
+  if (by_angle) v.angle_factor(by_angle->angle_deg, by_angle->factor, m);
+  v.optional("specular", m.specular, between(0, 1), "share of the reflectance that is mirror-like");
+  v.optional("roughness", m.roughness, at_least(0),
+             "standard deviation of a mirror's direction cosines; 0: a perfect mirror");
+  v.optional("permeable", m.permeable, between(0, 1), "share of the light that passes straight through, as by a net");
+}
+
+template <class V>
 void keys(V& v, SourceDescription& s) {
   v.optional("name", s.name, any(), "for messages");
   v.required("position_m", s.position_m, any(), "centre");
@@ -186,12 +254,11 @@ void keys(V& v, SunDescription& s) {
   v.optional("diameter_deg", s.diameter_deg, from_below(0, 180), "apparent diameter");
 }
 
-// Not available yet, but their keys are known.
-struct AtmosphereDescription {};
 template <class V>
-void keys(V& v, AtmosphereDescription&) {
-  v.later("extinction_per_m", 0.0, "extinction of the air");
-  v.later("K", 288, "temperature of the air");
+void keys(V& v, AtmosphereDescription& a) {
+  v.optional("extinction_per_m", a.extinction_per_m, at_least(0), "extinction of the air, which absorbs");
+  v.optional("K", a.K, at_least(0), "temperature of the air, default 288; not in a grey band");
+  v.optional("radiance", a.radiance, at_least(0), "in place of K: radiance of endless air");
 }
 
 struct ParticlesDescription {
@@ -204,14 +271,14 @@ void keys(V& v, ParticlesDescription& p) {
 
 struct EnvironmentDescription {
   std::optional<SkyDescription> sky;
-  std::optional<SunDescription> sun;
-  AtmosphereDescription atmosphere;
+  std::optional<SunDescription> sun, moon;
+  std::optional<AtmosphereDescription> atmosphere;
 };
 template <class V>
 void keys(V& v, EnvironmentDescription& e) {
   v.optional("sky", e.sky, any(), "light from everywhere");
   v.optional("sun", e.sun, any(), "a distant disc of light");
-  v.later("moon", Json::object(), "a second distant disc of light");
+  v.optional("moon", e.moon, any(), "a second distant disc of light");
   v.optional("atmosphere", e.atmosphere, any(), "clear air between the scene's elements");
 }
 
@@ -252,7 +319,7 @@ void keys(V& v, SensorDescription& s) {
   v.optional("max_oversampling", s.max_oversampling, between(1, 65536), "rays per pixel at most");
   AntialiasingDescription antialiasing;
   v.optional("antialiasing", antialiasing, any(), "where to send more rays");
-  v.later("specular_depth", 4, "mirror reflections at most");
+  v.optional("specular_depth", s.specular_depth, between(0, 1e9), "mirror reflections at most");
   v.optional("scattering_depth", s.scattering_depth, between(0, 1e9), "scatterings at most; null: no limit");
   DetectorDescription detector;
   v.optional("detector", detector, any(), "what the detector adds");
@@ -307,16 +374,18 @@ void keys(V& v, Description& d) {
   v.optional("time_s", d.time_s, any(), "the picture's time");
   v.required("bands", d.bands, items(1), "what the sensor tells apart");
   v.optional("clouds", d.clouds, any(), "volumes that emit, absorb and scatter");
-  v.later("objects", Json::array(), "surfaces");
-  v.later("materials", Json::object(), "materials of surfaces");
+  v.optional("objects", d.objects, any(), "surfaces");
+  v.optional("materials", d.materials, any(), "materials of surfaces, by name");
   v.optional("sources", d.sources, any(), "hot spheres");
   std::optional<ParticlesDescription> particles;
   v.optional("particles", particles, any(), "hot particles over time");
   if (particles) v.particles(*particles, d.particles);
-  EnvironmentDescription environment{d.sky, d.sun, {}};
-  v.optional("environment", environment, any(), "sky, sun and air");
+  EnvironmentDescription environment;
+  v.optional("environment", environment, any(), "sky, sun, moon and air");
   d.sky = environment.sky;
   d.sun = environment.sun;
+  d.moon = environment.moon;
+  d.atmosphere = environment.atmosphere;
   v.required("sensor", d.sensor, any(), "the camera");
   v.optional("probes", d.probes, any(), "points whose fluence goes to the report");
   v.optional("flux", d.flux, any(), "rectangles whose power goes to the report");

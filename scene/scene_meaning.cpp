@@ -74,6 +74,19 @@ void ObjectReader::periods(const std::vector<Axis>& axes, const std::vector<doub
   }
 }
 
+void ObjectReader::angle_factor(const std::vector<double>& angle_deg, const std::vector<double>& factor,
+                                MaterialDescription& material) {
+  const std::string pointer = pointer_to(pointer_, "emissivity_by_angle");
+  if (!findings_.good(pointer)) return;
+  if (angle_deg.size() != factor.size()) {
+    findings_.problem(pointer, fmt::format("{} angles but {} factors", angle_deg.size(), factor.size()),
+                      "give one factor for each angle");
+    return;
+  }
+  material.angle_deg = angle_deg;
+  material.angle_factor = factor;
+}
+
 void ObjectReader::final_gather(std::optional<int>& bounces) {
   optional("final_gather", bounces, between(0, 1), "bounces of final gather; null: the plan decides");
   if (bounces == 1) {

@@ -8,6 +8,7 @@
 
 #include <filesystem>
 #include <initializer_list>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -90,6 +91,8 @@ class ObjectReader {
   // What several keys mean together.
   void phase_function(const PhaseDescription& phase, PhaseFunction& function);
   void periods(const std::vector<Axis>& axes, const std::vector<double>& periods, CloudDescription& cloud);
+  void angle_factor(const std::vector<double>& angle_deg, const std::vector<double>& factor,
+                    MaterialDescription& material);
   void final_gather(std::optional<int>& bounces);
   void particles(const ParticlesDescription& table, std::vector<ParticleDescription>& particles);
 
@@ -166,6 +169,22 @@ bool read_value(Findings& findings, const Json& json, const std::string& pointer
   bool good = true;
   for (std::size_t i = 0; i < json.size(); ++i) {
     good &= read_value(findings, json[i], pointer_to(pointer, i), value[i], Limits{});
+  }
+  return good;
+}
+
+/// Things by name; null is a thing with its defaults.
+template <class T>
+bool read_value(Findings& findings, const Json& json, const std::string& pointer, std::map<std::string, T>& value,
+                const Limits&) {
+  if (!json.is_object()) {
+    findings.problem(pointer, "expected an object, found " + describe_value(json), "give {\"name\": {...}, ...}");
+    return false;
+  }
+  bool good = true;
+  for (const auto& [name, member] : json.items()) {
+    T& thing = value[name];
+    if (!member.is_null()) good &= read_value(findings, member, pointer_to(pointer, name), thing, Limits{});
   }
   return good;
 }

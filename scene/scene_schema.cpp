@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <initializer_list>
+#include <map>
 #include <type_traits>
 
 namespace obscura {
@@ -53,6 +54,11 @@ template <class T>
 struct IsVector<std::vector<T>> : std::true_type {};
 
 template <class T>
+struct IsMap : std::false_type {};
+template <class T>
+struct IsMap<std::map<std::string, T>> : std::true_type {};
+
+template <class T>
 Json object_schema();
 
 template <class T>
@@ -80,6 +86,8 @@ Json schema_of(const Limits& limits) {
     return schema_of<typename T::value_type>(limits);
   } else if constexpr (std::is_same_v<T, double>) {
     return number_schema("number", limits);
+  } else if constexpr (std::is_same_v<T, bool>) {
+    return {{"type", "boolean"}};
   } else if constexpr (std::is_integral_v<T>) {
     return number_schema("integer", limits);
   } else if constexpr (std::is_same_v<T, std::string> || std::is_same_v<T, std::filesystem::path>) {
@@ -94,6 +102,8 @@ Json schema_of(const Limits& limits) {
     return list_schema(number_schema("integer", limits), 2, 2);
   } else if constexpr (std::is_same_v<T, std::vector<double>>) {
     return list_schema(number_schema("number", limits), limits.min_items, 0);
+  } else if constexpr (IsMap<T>::value) {
+    return {{"type", "object"}, {"additionalProperties", nullable(schema_of<typename T::mapped_type>(any()))}};
   } else if constexpr (IsVector<T>::value) {
     return list_schema(schema_of<typename T::value_type>(any()), limits.min_items, 0);
   } else if constexpr (std::is_enum_v<T>) {
@@ -191,6 +201,7 @@ class ObjectSchema {
 
   void phase_function(const PhaseDescription&, PhaseFunction&) {}
   void periods(const std::vector<Axis>&, const std::vector<double>&, CloudDescription&) {}
+  void angle_factor(const std::vector<double>&, const std::vector<double>&, MaterialDescription&) {}
   void final_gather(std::optional<int>&) {
     add("final_gather", {{"enum", Json::array({0, nullptr})}},
         "bounces of final gather; null: the plan decides; 1 is not available yet");

@@ -54,6 +54,7 @@ std::string why_unreadable(const std::filesystem::path& file) {
 
 std::string lower_extension(const std::filesystem::path& file) {
   std::string extension = file.extension().string();
+  if (extension == ".gz" || extension == ".GZ") extension = file.stem().extension().string() + extension;
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return extension;
 }

@@ -10,7 +10,7 @@ namespace obscura::detail {
 /// Why a file cannot be read ("there is no such file"); empty where it can.
 std::string why_unreadable(const std::filesystem::path& file);
 
-/// ".vdb" of "Smoke.VDB".
+/// ".vdb" of "Smoke.VDB", ".asc.gz" of "hill.asc.gz".
 std::string lower_extension(const std::filesystem::path& file);
 
 /// Columns of a text table: a header line with exactly these names, then numbers between commas.

@@ -77,6 +77,12 @@ bool read_value(Findings& findings, const Json& json, const std::string& pointer
   return true;
 }
 
+bool read_value(Findings& findings, const Json& json, const std::string& pointer, bool& value, const Limits&) {
+  if (!json.is_boolean()) return refuse_type(findings, json, pointer, "true or false", "give true or false, without quotes");
+  value = json.get<bool>();
+  return true;
+}
+
 bool read_integer(Findings& findings, const Json& json, const std::string& pointer, const Limits& limits,
                   std::uint64_t most, std::uint64_t& value) {
   const std::string wanted = give("a whole number", limits);

@@ -20,6 +20,7 @@ class Findings;
 
 // Each reads one value, or notes a problem and returns false.
 bool read_value(Findings&, const Json&, const std::string& pointer, double&, const Limits&);
+bool read_value(Findings&, const Json&, const std::string& pointer, bool&, const Limits&);
 bool read_value(Findings&, const Json&, const std::string& pointer, std::string&, const Limits&);
 bool read_value(Findings&, const Json&, const std::string& pointer, std::filesystem::path&, const Limits&);
 bool read_value(Findings&, const Json&, const std::string& pointer, Vec3d&, const Limits&);

@@ -25,6 +25,8 @@ class SceneFolder {
     write("table.csv", "um,value\n8,0.1\n12,0.2\n");
     write("phase.csv", "angle_deg,value\n0,0.0795775\n180,0.0795775\n");
     write("p.csv", "s,x_m,y_m,z_m,radius_m,K\n0,0,0,1,0.01,900\n1,0,0,2,0.01,800\n");
+    write("truck.obj", "not read here");
+    write("K.csv", "not read here");
     write("cloud.f32", "not read here");
     write("raw.json", R"({"raw": "cloud.f32"})");
   }
@@ -66,13 +68,23 @@ inline Json full_scene() {
       {"grid": {"shape": "box", "size_m": [1, 1, 1], "voxel_m": 0.1}, "media": [{"extinction": 1}], "source": 1.0},
       {"grid": {"shape": "gaussian", "sigma_m": 0.5, "size_m": [4, 4, 4], "voxel_m": 0.05},
        "media": [{"extinction": 1}], "source": 1.0}],
-    "objects": [], "materials": {},
+    "objects": [
+      {"name": "truck", "mesh": "truck.obj", "material": "paint", "K": 310, "double_sided": false,
+       "groups": {"wheel": {"material": "rubber", "K": 320}}, "temperature": {"file": "K.csv"},
+       "place": {"translate_m": [1, 2, 3]}, "trajectory": [], "carried_by": null},
+      {"shape": "plane", "size_m": [100, 50], "material": "paint", "double_sided": true},
+      {"shape": "box", "size_m": [1, 2, 3], "radiance": 2},
+      {"shape": "sphere", "radius_m": 0.5, "K": 300}],
+    "materials": {"paint": {"emissivity": 0.9, "specular": 0.2, "roughness": 0.1, "permeable": 0.25,
+                            "emissivity_by_angle": {"angle_deg": [0, 90], "factor": [1, 0.5]}},
+                  "rubber": {}},
     "sources": [{"name": "flare", "position_m": [0, 0, 2], "radius_m": 0.1, "K": 2000},
                 {"position_m": [0, 0, 3], "radius_m": 0.1, "radiance": 5}],
     "particles": {"file": "p.csv"},
     "environment": {"sky": {"radiance": 0.0, "elevation_deg": null, "file": null},
-                    "sun": {"toward": [0, 0, 2], "irradiance": 1.0, "diameter_deg": 0.533}, "moon": {},
-                    "atmosphere": {"extinction_per_m": 0.0, "K": 288}},
+                    "sun": {"toward": [0, 0, 2], "irradiance": 1.0, "diameter_deg": 0.533},
+                    "moon": {"zenith_deg": 60, "azimuth_deg": 90, "irradiance": 0.25},
+                    "atmosphere": {"extinction_per_m": 1e-4, "K": 280}},
     "sensor": {"position_m": [0, -10, 1], "look_at_m": [0, 0, 1], "up": [0, 0, 1],
                "projection": "perspective", "fov_deg": 20, "resolution": [320, 240], "max_oversampling": 16,
                "antialiasing": {"polygons": 2, "polygons_strict": null, "materials": 2, "normal_deg": 5, "depth": 0.05,
@@ -89,11 +101,12 @@ inline Json full_scene() {
   })");
 }
 
-/// What the first cannot hold beside: sky by kelvin, sun by angles, an orthographic camera.
+/// What the first cannot hold beside: sky by kelvin, sun by angles, an orthographic camera, air by radiance.
 inline Json other_scene() {
   return parse(R"({
     "obscura": 1, "bands": [{"um": [8, 12]}],
-    "environment": {"sky": {"K": 250}, "sun": {"zenith_deg": 30, "azimuth_deg": 135, "irradiance": 1}},
+    "environment": {"sky": {"K": 250}, "sun": {"zenith_deg": 30, "azimuth_deg": 135, "irradiance": 1},
+                    "atmosphere": {"radiance": 2}},
     "sensor": {"position_m": [0, 0, 10], "look_at_m": [0, 0, 0], "up": [0, 1, 0],
                "projection": "orthographic", "width_m": 5, "resolution": [8, 8], "scattering_depth": 3},
     "render": {"photons": 1000, "nearest": 8, "kernel": "cone", "directions": "random", "seed": 7}

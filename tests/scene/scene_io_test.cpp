@@ -75,6 +75,11 @@ TEST_CASE("the smallest scene holds the defaults", "[scene][reader]") {
   CHECK(scene.sensor.resolution == std::array<int, 2>{320, 240});
   CHECK(scene.sensor.max_oversampling == 16);
   CHECK_FALSE(scene.sensor.scattering_depth);
+  CHECK(scene.sensor.specular_depth == 4);
+  CHECK(scene.objects.empty());
+  CHECK(scene.materials.empty());
+  CHECK_FALSE(scene.moon);
+  CHECK_FALSE(scene.atmosphere);
   CHECK(scene.render.photons == 1000000);
   CHECK(scene.render.nearest == 64);
   CHECK(scene.render.kernel == Kernel::epanechnikov);
@@ -118,9 +123,45 @@ TEST_CASE("what a scene says arrives in the description", "[scene][reader]") {
   CHECK(scene.flux[0].size_m == std::array<double, 2>{2, 2});
   CHECK(scene.beams[0].power == Spectrum::constant(1));
 
+  REQUIRE(scene.objects.size() == 4);
+  const ObjectDescription& truck = scene.objects[0];
+  CHECK(truck.kind == SurfaceKind::mesh);
+  CHECK(truck.mesh == folder.path() / "truck.obj");
+  CHECK(truck.temperature == folder.path() / "K.csv");
+  CHECK(truck.material == "paint");
+  CHECK(truck.K == 310.0);
+  CHECK_FALSE(truck.double_sided);
+  CHECK(truck.place.translate_m == Vec3d(1, 2, 3));
+  CHECK(truck.groups.at("wheel").material == "rubber");
+  CHECK(truck.groups.at("wheel").K == 320.0);
+  CHECK(scene.objects[1].name == "object2");
+  CHECK(scene.objects[1].kind == SurfaceKind::plane);
+  CHECK(scene.objects[1].plane_m == std::array<double, 2>{100, 50});
+  CHECK(scene.objects[1].double_sided);
+  CHECK_FALSE(scene.objects[1].K);
+  CHECK(scene.objects[2].kind == SurfaceKind::box);
+  CHECK(scene.objects[2].box_m == Vec3d(1, 2, 3));
+  CHECK(scene.objects[2].radiance == Spectrum::constant(2));
+  CHECK(scene.objects[3].kind == SurfaceKind::sphere);
+  CHECK(scene.objects[3].radius_m == 0.5);
+  const MaterialDescription& paint = scene.materials.at("paint");
+  CHECK(paint.emissivity == Spectrum::constant(0.9));
+  CHECK(paint.specular == 0.2);
+  CHECK(paint.roughness == 0.1);
+  CHECK(paint.permeable == 0.25);
+  CHECK(paint.angle_deg == std::vector<double>{0, 90});
+  CHECK(paint.angle_factor == std::vector<double>{1, 0.5});
+  CHECK(scene.materials.at("rubber").emissivity == Spectrum::constant(1));
+  CHECK(scene.moon->toward.x == Approx(0.866025));
+  CHECK(scene.moon->irradiance == Spectrum::constant(0.25));
+  CHECK(scene.atmosphere->extinction_per_m == Spectrum::constant(1e-4));
+  CHECK(scene.atmosphere->K == 280.0);
+
   const Description other = parse_scene(other_scene().dump(), folder.path());
   CHECK(other.bands[0].name == "band1");
   CHECK(other.sky->K == 250.0);
+  CHECK(other.atmosphere->radiance == Spectrum::constant(2));
+  CHECK_FALSE(other.atmosphere->K);
   CHECK(other.sun->diameter_deg == 0.533);
   // SCENE.md: (sin z sin a, sin z cos a, cos z) at z = 30, a = 135 degrees.
   CHECK((other.sun->toward - Vec3d(0.353553, -0.353553, 0.866025)).length() < 1e-6);
@@ -305,6 +346,57 @@ TEST_CASE("values that do not go together are refused", "[scene][reader]") {
        {"/clouds/0/media/5/phase/value", {1, 2}, "/clouds/0/media/5/phase/value", "both given"}});
 }
 
+TEST_CASE("mistakes in objects, materials and air are each told with a remedy", "[scene][reader][surfaces]") {
+  const SceneFolder folder("io_surfaces");
+  check_mistakes(
+      full_scene(), folder.path(),
+      {{"/objects/0/material", "pant", "/objects/0/material", "did you mean \"paint\"?"},
+       {"/objects/0/groups/wheel/material", "rubbber", "/objects/0/groups/wheel/material", "did you mean \"rubber\"?"},
+       {"/objects/0/groups/wheel/K", -1, "/objects/0/groups/wheel/K", "at least 0"},
+       {"/objects/0/groups/wheel/colour", 1, "/objects/0/groups/wheel/colour", "unknown key"},
+       {"/objects/0/mesh", "absent.obj", "/objects/0/mesh", "no such file"},
+       {"/objects/0/mesh", "table.csv", "/objects/0/mesh", ".asc.gz"},
+       {"/objects/0/temperature/file", "absent.csv", "/objects/0/temperature/file", "no such file"},
+       {"/objects/0/K", -1, "/objects/0/K", "out of range"},
+       {"/objects/0/radiance", 5, "/objects/0/radiance", "both given"},
+       {"/objects/0/double_sided", 1, "/objects/0/double_sided", "true or false"},
+       {"/objects/0/shape", "box", "/objects/0/shape", "does not go with \"mesh\""},
+       {"/objects/0/place/scale", 0, "/objects/0/place/scale", "above 0"},
+       {"/objects/1/name", "truck", "/objects/1/name", "given twice"},
+       {"/objects/1/size_m", {1, 0}, "/objects/1/size_m/1", "above 0"},
+       {"/objects/1/size_m", {1, 1, 1}, "/objects/1/size_m", "list of 2"},
+       {"/objects/1/groups", {{"a", {{"K", 3}}}}, "/objects/1/groups", "does not go with \"plane\""},
+       {"/objects/1/shape", "disc", "/objects/1/shape", "plane, box, sphere"},
+       {"/objects/2/size_m", {1, 1}, "/objects/2/size_m", "list of 3"},
+       {"/objects/3/radius_m", 0, "/objects/3/radius_m", "above 0"},
+       {"/objects/3/radius_m", nullptr, "/objects/3/radius_m", "is missing"},
+       {"/objects/3/shape", nullptr, "/objects/3/mesh", "mesh | shape"},
+       {"/materials/paint/emissivity", 1.5, "/materials/paint/emissivity", "from 0 to 1"},
+       {"/materials/paint/specular", -0.1, "/materials/paint/specular", "from 0 to 1"},
+       {"/materials/paint/roughness", -0.1, "/materials/paint/roughness", "at least 0"},
+       {"/materials/paint/permeable", 2, "/materials/paint/permeable", "from 0 to 1"},
+       {"/materials/paint/emisivity", 1, "/materials/paint/emisivity", "did you mean \"emissivity\"?"},
+       {"/materials/paint/emissivity_by_angle/factor", {1}, "/materials/paint/emissivity_by_angle", "2 angles but 1 factors"},
+       {"/materials/paint/emissivity_by_angle/angle_deg", {90, 0}, "/materials/paint/emissivity_by_angle/angle_deg/1", "increase"},
+       {"/materials/paint/emissivity_by_angle/angle_deg", {0, 91}, "/materials/paint/emissivity_by_angle/angle_deg/1", "from 0 to 90"},
+       {"/materials", 3, "/materials", "expected an object"},
+       {"/environment/moon", {{"toward", {0, 0, 0}}}, "/environment/moon/toward", "no length"},
+       {"/environment/moon", {{"irradiance", 1}}, "/environment/moon/toward", "toward | zenith_deg"},
+       {"/environment/atmosphere/extinction_per_m", -1, "/environment/atmosphere/extinction_per_m", "out of range"},
+       {"/environment/atmosphere/extinction", 1, "/environment/atmosphere/extinction", "did you mean \"extinction_per_m\"?"},
+       {"/environment/atmosphere/radiance", 1, "/environment/atmosphere/radiance", "both given"},
+       {"/sensor/specular_depth", -1, "/sensor/specular_depth", "out of range"},
+       {"/sensor/specular_depth", 0.5, "/sensor/specular_depth", "whole number"}});
+  Json scene = full_scene();
+  scene.erase("materials");
+  const auto problems = problems_of(scene.dump(), folder.path());
+  INFO(text_of(problems));
+  CHECK(problems.size() == 3);
+  CHECK(has(problems[0].hint, "describe it in \"materials\""));
+  CHECK(parse_scene(kSmallest, ".", {{"/sensor/specular_depth", "0", ""}}).sensor.specular_depth == 0);
+  CHECK(parse_scene(kSmallest, ".", {{"/materials", R"({"black": null})", ""}}).materials.count("black") == 1);
+}
+
 TEST_CASE("a grey band takes neither kelvin nor wavelengths", "[scene][reader][grey]") {
   const Json grey = Json::parse(R"({
     "obscura": 1, "bands": [{"name": "grey"}],
@@ -323,6 +415,12 @@ TEST_CASE("a grey band takes neither kelvin nor wavelengths", "[scene][reader][g
                   {"/environment/sky", {{"K", 250}}, "/environment/sky/K", "give \"radiance\" instead"},
                   {"/particles", {{"file", "p.csv"}}, "/particles", "grey band"},
                   {"/clouds/0/media/0/extinction", table, "/clouds/0/media/0/extinction", "no wavelength"},
+                  {"/objects", {{{"shape", "sphere"}, {"radius_m", 1}, {"K", 300}}}, "/objects/0/K", "give \"radiance\" instead"},
+                  {"/objects", {{{"shape", "sphere"}, {"radius_m", 1}, {"K", 300}, {"radiance", 1}}}, "/objects/0/K", "grey band"},
+                  {"/objects", {{{"mesh", "truck.obj"}, {"temperature", {{"file", "K.csv"}}}}}, "/objects/0/temperature", "grey band"},
+                  {"/objects", {{{"mesh", "truck.obj"}, {"groups", {{"a", {{"K", 3}}}}}}}, "/objects/0/groups/a/K", "grey band"},
+                  {"/materials", {{"paint", {{"emissivity", {{"um", {8, 12}}, {"value", {0.5, 1}}}}}}}, "/materials/paint/emissivity", "no wavelength"},
+                  {"/environment/atmosphere", {{"extinction_per_m", 1}, {"K", 300}}, "/environment/atmosphere/K", "grey band"},
                   {"/bands/0/samples", 2, "/bands/0/samples", "no wavelengths"},
                   {"/bands/0/response", table, "/bands/0/response", "no wavelengths"}});
 
@@ -330,6 +428,7 @@ TEST_CASE("a grey band takes neither kelvin nor wavelengths", "[scene][reader][g
   Json mixed = grey;
   mixed["bands"].push_back({{"name", "lwir"}, {"um", {8, 12}}});
   mixed["clouds"][0]["temperature"] = {{"K", 300}};
+  mixed["objects"] = {{{"shape", "sphere"}, {"radius_m", 1}, {"K", 300}, {"radiance", 2}}};
   const Description scene = parse_scene(mixed.dump(), ".");
   CHECK(emitter(scene, scene.bands[0], true, true) == Emitter::radiance);
   CHECK(emitter(scene, scene.bands[1], true, true) == Emitter::planck);
@@ -344,16 +443,14 @@ TEST_CASE("keys that come later are refused by name unless they hold their defau
   const Json some = {{"a", 1}};
   std::vector<Mistake> later;
   for (const char* pointer :
-       {"/objects", "/materials", "/clouds/0/trajectory", "/clouds/0/carried_by", "/clouds/0/media/0/mie",
-        "/clouds/0/media/0/coefficients", "/clouds/0/media/0/radius", "/environment/moon", "/environment/sky/file",
-        "/environment/sky/elevation_deg", "/environment/atmosphere/extinction_per_m", "/environment/atmosphere/K",
-        "/sensor/specular_depth", "/sensor/antialiasing/polygons", "/sensor/antialiasing/polygons_strict",
+       {"/objects/0/trajectory", "/objects/0/carried_by", "/clouds/0/trajectory", "/clouds/0/carried_by",
+        "/clouds/0/media/0/mie", "/clouds/0/media/0/coefficients", "/clouds/0/media/0/radius", "/environment/sky/file",
+        "/environment/sky/elevation_deg", "/sensor/antialiasing/polygons", "/sensor/antialiasing/polygons_strict",
         "/sensor/antialiasing/radiance", "/sensor/detector/bits", "/sensor/detector/range", "/render/target_error",
         "/render/time_limit_s", "/render/memory_MiB"}) {
     later.push_back({pointer, some, pointer, "not available yet"});
     later.push_back({pointer, 12, pointer, "not available yet"});
   }
-  later.push_back({"/objects", {some}, "/objects", "\"objects\""});
   later.push_back({"/render/method", "baked", "/render/method", "\"baked\" is not available yet"});
   later.push_back({"/render/method", "path", "/render/method", "\"path\" is not available yet"});
   later.push_back({"/render/final_gather", 1, "/render/final_gather", "not available yet"});
@@ -373,9 +470,9 @@ TEST_CASE("keys that come later are refused by name unless they hold their defau
   CHECK(problems[0].where == "/clouds/0/frames");
 
   for (const auto& [pointer, value] : std::vector<std::pair<const char*, Json>>{
-           {"/sensor/specular_depth", 4}, {"/sensor/specular_depth", nullptr}, {"/sensor/antialiasing", {{"polygons", 2.0}}},
-           {"/sensor/detector", Json::object()}, {"/sensor/detector/range", {0.0, 1.0}}, {"/objects", Json::object()},
-           {"/environment/atmosphere", nullptr}, {"/particles", Json::object()}, {"/environment/moon", Json::array()}, {"/render/final_gather", 0}}) {
+           {"/sensor/antialiasing", {{"polygons", 2.0}}}, {"/sensor/detector", Json::object()},
+           {"/sensor/detector/range", {0.0, 1.0}}, {"/objects/0/trajectory", Json::object()}, {"/particles", Json::object()},
+           {"/render/final_gather", 0}}) {
     Json changed = full_scene();
     changed[Json::json_pointer(pointer)] = value;
     INFO(pointer << " " << value.dump());

@@ -66,7 +66,10 @@ bool validates(const Json& schema, const Json& value) {
       }
     } else if (keyword == "additionalProperties") {
       if (value.is_object()) {
-        for (const auto& [key, ignored] : value.items()) good &= schema.at("properties").contains(key);
+        for (const auto& [key, member] : value.items()) {
+          if (schema.contains("properties") && schema.at("properties").contains(key)) continue;
+          good &= rule.is_object() ? validates(rule, member) : rule.template get<bool>();
+        }
       }
     } else if (keyword == "not") {
       good = !validates(rule, value);
