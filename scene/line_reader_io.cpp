@@ -115,7 +115,7 @@ std::size_t LineReader::read(void* bytes, std::size_t count) {
 }
 
 void LineReader::fail(const std::string& problem, const std::string& hint) const {
-  throw InputError(fmt::format("{}, line {}", file_.string(), line_), problem, hint);
+  throw InputError(line_ > 0 ? fmt::format("{}, line {}", file_.string(), line_) : file_.string(), problem, hint);
 }
 
 std::string_view next_word(std::string_view& text) noexcept {

@@ -42,7 +42,7 @@ class NodeWalk {
     };
     add_name(mesh.mName.C_Str());
     add_name(node.mName.C_Str());
-    add_name(scene_.mMaterials[mesh.mMaterialIndex]->GetName().C_Str());
+    if (mesh.mMaterialIndex < scene_.mNumMaterials) add_name(scene_.mMaterials[mesh.mMaterialIndex]->GetName().C_Str());
     builder_.names(names);
     // A mirrored node turns its triangles inside out.
     const bool mirrored = to_world.Determinant() < 0;
