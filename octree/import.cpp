@@ -41,7 +41,7 @@ Format format_of(const std::filesystem::path& path) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
   if (!std::filesystem::exists(status))
-    throw InputError(path.string(), "the file doesn't exist", "check its name; it is relative to the scene file");
+    throw InputError(path.string(), "the file doesn't exist", "check its name");
   if (std::filesystem::is_directory(status))
     throw InputError(path.string(), "is a folder", "name a file");
   std::string extension = path.extension().string();

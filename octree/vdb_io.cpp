@@ -5,6 +5,8 @@
 #include "octree/sparse_grid.h"
 
 #include <fmt/format.h>
+#include <openvdb/io/Archive.h>
+#include <openvdb/io/GridDescriptor.h>
 #include <openvdb/openvdb.h>
 
 #include <algorithm>
@@ -39,6 +41,34 @@ void check_header(const std::filesystem::path& path) {
                      fmt::format("write it with a version from {} to {}", kOldestVersion, kNewestVersion));
 }
 
+/// Refuses files that end before their grids do: OpenVDB takes what is missing for zeros or for sizes, so
+/// that a short file can look like an empty grid. Files written as a stream don't say where grids end.
+class LengthCheck : openvdb::io::Archive {
+ public:
+  void check(const std::filesystem::path& path) {
+    const auto size = static_cast<std::int64_t>(std::filesystem::file_size(path));
+    std::ifstream file(path, std::ios::binary);
+    file.exceptions(std::ios::failbit | std::ios::badbit);
+    bool whole = true;
+    try {
+      readHeader(file);
+      if (!inputHasGridOffsets()) return;
+      setFormatVersion(file);
+      setLibraryVersion(file);
+      openvdb::MetaMap().readMeta(file);
+      for (std::int32_t left = readGridCount(file); left > 0 && whole; --left) {
+        openvdb::io::GridDescriptor grid;
+        grid.read(file);
+        whole = grid.getEndPos() <= size;
+        if (whole) grid.seekToEnd(file);
+      }
+    } catch (const std::ios_base::failure&) {
+      whole = false;
+    }
+    if (!whole) throw InputError(path.string(), "the file ends before its grids do", "copy it again");
+  }
+};
+
 /// An open file whose failures read as InputErrors.
 class VdbFile {
  public:
@@ -46,7 +76,10 @@ class VdbFile {
     static std::once_flag once;
     std::call_once(once, [] { openvdb::initialize(); });
     check_header(path);
-    guard([&] { file_.open(/*delayLoad=*/false); });
+    guard([&] {
+      LengthCheck().check(path);
+      file_.open(/*delayLoad=*/false);
+    });
   }
 
   std::vector<std::string> names() {

@@ -202,6 +202,13 @@ TEST_CASE("truncated files and wrong versions are refused", "[octree][import][vd
     const auto bytes = static_cast<std::size_t>(share * double(whole.size()));
     CHECK(message(folder.write("b.vdb", whole.substr(0, bytes))) != "accepted");
   }
+  // Cut anywhere, nothing of it may pass for a grid, not even an empty one.
+  for (std::size_t bytes = 12; bytes < whole.size(); bytes += bytes < 2000 ? 7 : 997) {
+    INFO("bytes " << bytes);
+    folder.write("b.vdb", whole.substr(0, bytes));
+    CHECK_THROWS_AS(inspect_volume(folder / "b.vdb"), InputError);
+    CHECK_THAT(message(folder / "b.vdb"), Catch::Contains("ends"));
+  }
   for (const char version : {char(219), char(226)}) {
     std::string wrong = whole;
     wrong[8] = version;
