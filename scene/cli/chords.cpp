@@ -32,4 +32,12 @@ double assumed_extinction(const Octree& octree, int channel, std::uint64_t seed)
   return thickest > 0 ? kAssumedDepth / thickest : 0;
 }
 
+ErrorMeasure assumed_measure(const Octree& lossless) {
+  ErrorMeasure measure;
+  for (int channel = 0; channel < lossless.channel_count(); ++channel) {
+    measure.optical_weight.push_back(assumed_extinction(lossless, channel));
+  }
+  return measure;
+}
+
 }  // namespace obscura::cli

@@ -1,7 +1,7 @@
 // How thick to take a cloud whose optics nobody has given yet, so that a tolerance means something.
 #pragma once
 
-#include "octree/octree.h"
+#include "octree/build.h"
 
 #include <cstdint>
 
@@ -9,6 +9,10 @@ namespace obscura::cli {
 
 /// The optical depth that the thickest chord is taken to have where no extinction is known.
 inline constexpr double kAssumedDepth = 5;
+
+/// What a deviation costs where every channel is taken as an extinction, as thick as that. `lossless` is the
+/// octree of all values; a channel whose chords are all empty has weight 0, and its values are kept.
+ErrorMeasure assumed_measure(const Octree& lossless);
 
 /// Extinction per unit of the channel's value (1/m) that gives the thickest of 1000 chords the depth
 /// kAssumedDepth. The chords are seeded: a uniform point of the domain, a uniform direction. 0 where all

@@ -47,11 +47,9 @@ VoxelStream open_one_lattice(const ConvertArguments& a) {
 }
 
 int convert(const ConvertArguments& a) {
-  const double tolerance = parse_fraction(a.tolerance, "--tolerance");
+  const double tolerance = parse_tolerance(a.tolerance, "--tolerance");
   const std::vector<Output> outputs = {{a.output, "OUT", ".vdb"}};
-  std::vector<Problem> problems = output_problems(outputs, a.force, {a.input});
-  if (tolerance >= 1) problems.push_back({"--tolerance", "a transmission cannot be wrong by 1", "give less, such as 0.001"});
-  if (!problems.empty()) throw InputError(std::move(problems));
+  if (auto problems = output_problems(outputs, a.force, {a.input}); !problems.empty()) throw InputError(std::move(problems));
 
   check_writable(outputs);
   catch_interrupts();
@@ -60,11 +58,15 @@ int convert(const ConvertArguments& a) {
   auto [octree, report] = build_octree(stream, {.tolerance = 0, .measure = {}}, console.progress());
   const std::uint64_t bytes_lossless = octree.statistics().bytes;
   if (tolerance > 0) {
-    ErrorMeasure measure;
-    for (int channel = 0; channel < octree.channel_count(); ++channel) {
-      measure.optical_weight.push_back(assumed_extinction(octree, channel));
-      fmt::print("{}: taken as {:.6g} 1/m per unit, so that the thickest of 1000 chords has optical depth {:g}\n",
-                 octree.channels()[static_cast<std::size_t>(channel)], measure.optical_weight.back(), kAssumedDepth);
+    const ErrorMeasure measure = assumed_measure(octree);
+    for (std::size_t channel = 0; channel < measure.optical_weight.size(); ++channel) {
+      const std::string& name = octree.channels()[channel];
+      if (const double extinction = measure.optical_weight[channel]; extinction > 0) {
+        fmt::print("{}: taken as {:.6g} 1/m per unit, so that the thickest of 1000 chords has optical depth {:g}\n",
+                   name, extinction, kAssumedDepth);
+      } else {
+        fmt::print("{}: cannot be an extinction; its values are kept\n", name);
+      }
     }
     std::tie(octree, report) = build_octree(stream, {.tolerance = tolerance, .measure = measure}, console.progress());
   }

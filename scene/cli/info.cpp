@@ -71,13 +71,16 @@ void print_leaves(const OctreeStatistics& s) {
     all += s.leaves[level];
     levels += fmt::format("{}{}^3: {}", levels.empty() ? "" : ", ", std::uint64_t{1} << level, s.leaves[level]);
   }
-  fmt::print("               {} leaves ({} voxels); {:.3g} B a leaf\n", all,
-             levels.empty() ? "none" : levels,
-             all == 0 ? 0.0 : static_cast<double>(s.bytes) / static_cast<double>(all));
+  if (all == 0) {
+    fmt::print("               no leaves: every value is 0\n");
+    return;
+  }
+  fmt::print("               {} leaves ({} voxels); {:.3g} B a leaf\n", all, levels,
+             static_cast<double>(s.bytes) / static_cast<double>(all));
 }
 
 int info(const InfoArguments& a) {
-  const double tolerance = parse_fraction(a.tolerance, "--tolerance");
+  const double tolerance = parse_tolerance(a.tolerance, "--tolerance");
   catch_interrupts();
   const std::vector<GridInfo> grids = inspect_volume(a.file);
   fmt::print("{}: {} grid{}\n", a.file, grids.size(), grids.size() == 1 ? "" : "s");
@@ -98,10 +101,11 @@ int info(const InfoArguments& a) {
     print_leaves(lossless.statistics());
     fmt::print("               built in {:.2f} s (NanoVDB's conversion: {:.2f} s)\n", report.seconds,
                others.seconds_nanovdb);
-    const double extinction = grid.min >= 0 ? assumed_extinction(lossless, 0) : 0;
-    if (!(tolerance > 0) || !(extinction > 0)) continue;
-    const auto [merged, cost] = build_octree(
-        streams.at(0), {.tolerance = tolerance, .measure = {{extinction}, {}}}, console.progress());
+    if (!(tolerance > 0) || !(grid.min >= 0)) continue;
+    const ErrorMeasure measure = assumed_measure(lossless);
+    if (!(measure.optical_weight.front() > 0)) continue;
+    const auto [merged, cost] =
+        build_octree(streams.at(0), {.tolerance = tolerance, .measure = measure}, console.progress());
     console.finish();
     print_sizes(fmt::format("within {:g}", tolerance), merged.statistics(), others);
     print_leaves(merged.statistics());

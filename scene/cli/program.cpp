@@ -94,7 +94,7 @@ int dispatch(int argc, char** argv) {
       if (!command.app->parsed()) continue;
       const std::vector<Problem> problems = unexpected(*command.app);
       if (!problems.empty()) return report(problems);
-      return report({{"obscura " + command.app->get_name(), error.what(),
+      return report({{command.app->get_name(), error.what(),
                       "see obscura " + command.app->get_name() + " --help"}});
     }
     const std::vector<Problem> problems = unexpected(program);

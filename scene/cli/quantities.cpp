@@ -46,6 +46,12 @@ double parse_fraction(const std::string& text, const std::string& option) {
                    "give a fraction such as 0.03, or a per cent such as 3%");
 }
 
+double parse_tolerance(const std::string& text, const std::string& option) {
+  const double tolerance = parse_fraction(text, option);
+  if (tolerance < 1) return tolerance;
+  throw InputError(option, "a transmission cannot be wrong by 1", "give less, such as 0.001");
+}
+
 std::string bytes_text(std::uint64_t bytes) {
   static constexpr const char* units[] = {"B", "KiB", "MiB", "GiB", "TiB"};
   double value = static_cast<double>(bytes);

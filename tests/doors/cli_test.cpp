@@ -176,6 +176,23 @@ TEST_CASE("info shows the grids of a volume and what their octrees cost", "[door
   CHECK(run_program("info /absent.vdb").exit_code == 2);
 }
 
+TEST_CASE("info says that nothing is in an empty volume, and which option is wrong", "[doors][cli]") {
+  const Folder folder("info");
+  folder.write("empty.u8", std::string(4 * 4 * 4, '\0'));
+  folder.write("empty.json", R"({"raw": "empty.u8", "type": "uint8", "resolution": [4, 4, 4], "voxel_m": [1, 1, 1]})");
+  const std::string command = "info '" + folder.file("empty.json") + "' ";
+  Said said = run_program(command);
+  INFO(said.out << said.err);
+  CHECK(said.exit_code == 0);
+  CHECK(contains(said.out, "no leaves"));
+  said = run_program(command + "--tolerance 5");
+  CHECK(said.exit_code == 2);
+  CHECK(contains(said.err, "--tolerance: a transmission cannot be wrong by 1"));
+  said = run_program(command + "--tolerance 0 --tolerance 0");
+  CHECK(said.exit_code == 2);
+  CHECK(contains(said.err, "obscura: info: --tolerance"));
+}
+
 TEST_CASE("convert writes OpenVDB and says the error it made", "[doors][cli]") {
   const Folder folder("convert");
   std::ofstream raw(folder.file("ramp.f32"), std::ios::binary);
