@@ -111,20 +111,50 @@ Table read_table(const std::filesystem::path& file, const std::vector<std::strin
   return table;
 }
 
-std::vector<std::string> unreadable_raw_files(const std::filesystem::path& json_file) {
+namespace {
+
+std::string decoded(const std::string& uri) {
+  std::string name;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    unsigned code = 0;
+    const char* digits = uri.data() + i + 1;
+    if (uri[i] == '%' && i + 2 < uri.size() && std::from_chars(digits, digits + 2, code, 16).ptr == digits + 2) {
+      name += static_cast<char>(code);
+      i += 2;
+    } else {
+      name += uri[i];
+    }
+  }
+  return name;
+}
+
+// Files that one raw volume or one buffer of a glTF names; empty: none.
+std::string part_of(const Json& thing, const char* key) {
+  if (!thing.is_object() || !thing.contains(key) || !thing[key].is_string()) return {};
+  const std::string name = thing[key].get<std::string>();
+  return name.rfind("data:", 0) == 0 ? std::string() : name;
+}
+
+}  // namespace
+
+std::vector<std::string> unreadable_parts(const std::filesystem::path& file) {
+  const bool gltf = lower_extension(file) == ".gltf";
   std::vector<std::string> result;
-  const auto check = [&](const Json& volume) {
-    if (!volume.is_object() || !volume.contains("raw") || !volume["raw"].is_string()) return;
-    const std::filesystem::path raw = json_file.parent_path() / volume["raw"].get<std::string>();
-    if (const std::string why = why_unreadable(raw); !why.empty()) result.push_back(raw.string() + ": " + why);
+  const auto check = [&](const std::string& name) {
+    if (name.empty()) return;
+    const std::filesystem::path part = file.parent_path() / name;
+    if (const std::string why = why_unreadable(part); !why.empty()) result.push_back(part.string() + ": " + why);
   };
   try {
     std::vector<Problem> ignored;
-    const Json document = parse_json(read_text(json_file), json_file.string(), ignored);
-    if (document.is_array()) {
-      for (const Json& volume : document) check(volume);
-    } else {
-      check(document);
+    const Json document = parse_json(read_text(file), file.string(), ignored);
+    if (gltf && document.is_object() && document.contains("buffers")) {
+      // A list, or in glTF 1.0 an object.
+      for (const Json& buffer : document["buffers"]) check(decoded(part_of(buffer, "uri")));
+    } else if (!gltf && document.is_array()) {
+      for (const Json& volume : document) check(part_of(volume, "raw"));
+    } else if (!gltf) {
+      check(part_of(document, "raw"));
     }
   } catch (const InputError&) {
   }

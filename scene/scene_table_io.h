@@ -25,8 +25,8 @@ Table read_table(const std::filesystem::path& file, const std::vector<std::strin
 /// The whole file. @throws InputError naming the file where it cannot be read
 std::string read_text(const std::filesystem::path& file);
 
-/// Files that a raw-voxel .json names and that cannot be read: "file: why" each. What else may be wrong
-/// with it is the importer's to say.
-std::vector<std::string> unreadable_raw_files(const std::filesystem::path& json_file);
+/// Files that a raw-voxel .json or a .gltf names and that cannot be read: "file: why" each. What else may be
+/// wrong with it is for who reads it to say.
+std::vector<std::string> unreadable_parts(const std::filesystem::path& file);
 
 }  // namespace obscura::detail

@@ -134,8 +134,8 @@ bool read_value(Findings& findings, const Json& json, const std::string& pointer
                      "names are relative to the scene file; check name and permissions");
     return false;
   }
-  if (extension == ".json") {
-    for (const std::string& unreadable : unreadable_raw_files(file)) {
+  if (extension == ".json" || extension == ".gltf") {
+    for (const std::string& unreadable : unreadable_parts(file)) {
       findings.problem(pointer, fmt::format("\"{}\" names a file that cannot be read: {}", file.string(), unreadable),
                        "names in it are relative to itself; check name and permissions");
       return false;

@@ -486,6 +486,8 @@ TEST_CASE("files that cannot be read are told with the rest", "[scene][reader]")
   folder.write("letters.csv", "um,value\n8,one\n");
   folder.write("falling.csv", "um,value\n8,1\n7,1\n");
   folder.write("empty.csv", "um,value\n");
+  folder.write("truck.gltf", R"({"buffers": [{"uri": "data:,x"}, {"uri": "K.csv"}, {"uri": "two%20words.bin"}]})");
+  folder.write("old.gltf", R"({"buffers": {"b": {"uri": "absent.bin"}}})");
   folder.write("raw2.json", R"([{"raw": "cloud.f32"}, {"raw": "absent.f32"}])");
   check_mistakes(full_scene(), folder.path(),
                  {{"/clouds/0/grid/file", "absent.vdb", "/clouds/0/grid/file", "no such file"},
@@ -498,9 +500,14 @@ TEST_CASE("files that cannot be read are told with the rest", "[scene][reader]")
                   {"/clouds/0/media/0/albedo/file", "falling.csv", "/clouds/0/media/0/albedo/file", "7 um"},
                   {"/clouds/0/media/0/albedo/file", "empty.csv", "/clouds/0/media/0/albedo/file", "no numbers"},
                   {"/clouds/0/media/5/phase/file", "table.csv", "/clouds/0/media/5/phase/file", "angle_deg,value"},
-                  {"/particles/file", "table.csv", "/particles/file", "s,x_m,y_m,z_m,radius_m,K"}});
+                  {"/particles/file", "table.csv", "/particles/file", "s,x_m,y_m,z_m,radius_m,K"},
+                  {"/objects/0/mesh", "truck.gltf", "/objects/0/mesh", "two words.bin: there is no such file"},
+                  {"/objects/0/mesh", "old.gltf", "/objects/0/mesh", "absent.bin"}});
   Json raw = full_scene();
   raw["clouds"][0]["grid"]["file"] = "raw.json";
+  CHECK(problems_of(raw.dump(), folder.path()).empty());
+  folder.write("two words.bin", "x");
+  raw["objects"][0]["mesh"] = "truck.gltf";
   CHECK(problems_of(raw.dump(), folder.path()).empty());
 }
 
