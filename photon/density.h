@@ -30,6 +30,12 @@ struct Estimate {
   bool anomaly = false; ///< photons in the ball, but no extinction was met: value is 0
 };
 
+/// What a ball can see of itself where nothing stands in it.
+struct Unobstructed {
+  bool obstructed(const Vec3d&, double) const noexcept { return false; }
+  bool sees(const Vec3d&, const Vec3d&) const noexcept { return true; }
+};
+
 namespace detail {
 
 /// A point of the cubature in the unit ball, distributed like the kernel. Each is followed by its
@@ -82,9 +88,10 @@ inline constexpr double kMostDoubt = 0.5;
 /// The estimate in the ball about x, and where its nearest photon is. `resolved` tells whether the
 /// cubature has met enough of the medium.
 /// @param at_photon  x is the place of a photon, which is not counted
-template <class Extinction, class Weight>
+template <class Extinction, class Weight, class Sight>
 Estimate estimate_in_ball(const PhotonMap& map, const Vec3d& x, const Extinction& extinction, const Weight& weight,
-                          const GatherSettings& settings, bool at_photon, Vec3d& neighbour, bool& resolved) noexcept {
+                          const Sight& sight, const GatherSettings& settings, bool at_photon, Vec3d& neighbour,
+                          bool& resolved) noexcept {
   Estimate result;
   resolved = true;
 
@@ -110,6 +117,9 @@ Estimate estimate_in_ball(const PhotonMap& map, const Vec3d& x, const Extinction
   result.radius = radius;
   if (!(radius > 0) || (!cut && nearest.all_equal())) return result;
 
+  // Where surfaces stand in the ball, it ends at them.
+  const bool obstructed = sight.obstructed(x, radius);
+
   // The denominator: extinction under the kernel, for the ball and for the one of radius / sqrt 2, by
   // rounds of points that are turned independently, until they agree.
   const auto points = detail::ball_points(settings.kernel);
@@ -122,8 +132,9 @@ Estimate estimate_in_ball(const PhotonMap& map, const Vec3d& x, const Extinction
       const detail::Rotation turn = detail::rotation_at(x, rounds);
       for (const detail::BallPoint& point : points) {
         const Vec3d d = point.x * turn.x + point.y * turn.y + point.z * turn.z;
-        const double k = extinction(x + radius * d);
-        if (!(k > 0)) continue;
+        const Vec3d y = x + radius * d;
+        const double k = extinction(y);
+        if (!(k > 0) || (obstructed && !sight.sees(x, y))) continue;
         outer[rounds].add(k, d);
         if (point.inner > 0) inner[rounds].add(k * point.inner, d);
       }
@@ -155,9 +166,11 @@ Estimate estimate_in_ball(const PhotonMap& map, const Vec3d& x, const Extinction
   for (int i = 0; i < nearest.count(); ++i) {
     const float distance2 = nearest.distance2(i);
     if (!(distance2 < rim)) continue;
+    const Vec3d there = x + Vec3d(map.offset(local, nearest.index(i)));
+    if (obstructed && !sight.sees(x, there)) continue;
     if (distance2 < closest) {
       closest = distance2;
-      neighbour = x + Vec3d(map.offset(local, nearest.index(i)));
+      neighbour = there;
     }
     if (at_photon && distance2 == 0) continue;
     ++result.photons;
@@ -202,17 +215,20 @@ Estimate estimate_in_ball(const PhotonMap& map, const Vec3d& x, const Extinction
 /// Where the map has no more than k photons, the farthest of all gives the radius and is not counted: in
 /// a ball that holds the whole cloud the mean is still right. Photons at one place only, or a single one,
 /// have no density: value 0.
+/// @param sight       obstructed(x, radius): whether a surface stands in the ball; only then it is asked
+///                    sees(x, y). Photons and medium that x does not see are left out.
 /// In a wisp so far from all else that the ball only just reaches what holds the photons, the cubature
 /// cannot resolve the denominator: the light there is taken to be that at the nearest photon.
-template <class Extinction, class Weight>
+template <class Extinction, class Weight, class Sight = Unobstructed>
 Estimate estimate(const PhotonMap& map, const Vec3d& x, const Extinction& extinction, const Weight& weight,
-                  const GatherSettings& settings) noexcept {
+                  const GatherSettings& settings, const Sight& sight = {}) noexcept {
   Vec3d neighbour = x;
   bool resolved;
-  Estimate result = detail::estimate_in_ball(map, x, extinction, weight, settings, false, neighbour, resolved);
+  Estimate result =
+      detail::estimate_in_ball(map, x, extinction, weight, sight, settings, false, neighbour, resolved);
   if (resolved || result.photons == 0) return result;
   const Vec3d there = neighbour;
-  return detail::estimate_in_ball(map, there, extinction, weight, settings, true, neighbour, resolved);
+  return detail::estimate_in_ball(map, there, extinction, weight, sight, settings, true, neighbour, resolved);
 }
 
 }  // namespace obscura

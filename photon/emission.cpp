@@ -19,22 +19,6 @@ double escape_chance(double absorption, double side) noexcept {
   return std::clamp(1.5 / std::max(absorption * side, 1e-300), kLeastChance, 1.0);
 }
 
-/// The step of a cumulative sum that u times its total falls into; u becomes uniform within it.
-template <class Sums>
-std::size_t choose(const Sums& sums, std::size_t count, double& u) noexcept {
-  const double target = u * static_cast<double>(sums[count - 1]);
-  const auto first = sums.begin();
-  std::size_t i = static_cast<std::size_t>(
-      std::upper_bound(first, first + static_cast<std::ptrdiff_t>(count), target,
-                       [](double value, double sum) { return value < static_cast<double>(sum); }) -
-      first);
-  i = std::min(i, count - 1);
-  const double below = i ? static_cast<double>(sums[i - 1]) : 0.0;
-  const double width = static_cast<double>(sums[i]) - below;
-  u = width > 0 ? std::clamp((target - below) / width, 0.0, 1.0 - 0x1p-53) : 0.5;
-  return i;
-}
-
 }  // namespace
 
 PhotonEmitter::PhotonEmitter(const World& world, int interval, const SourceSelection& selection)
@@ -58,14 +42,15 @@ PhotonEmitter::PhotonEmitter(const World& world, int interval, const SourceSelec
     blocks = sum_blocks(c);
     if (!blocks.cumulative.empty()) add(Kind::cloud, c, blocks.emitted, blocks.cumulative.back());
   }
-  if (selection.sun && world.sun()) {
+  for (std::size_t i = 0; selection.sun && i < world.suns().size(); ++i) {
+    const Sun& sun = world.suns()[i];
     double area = kPi * radius_ * radius_;
     if (world.periodic()) {
       area = 0;
-      for (const Face& face : faces_) area += face.area * std::max(0.0, -face.inward.dot(world.sun()->toward));
+      for (const Face& face : faces_) area += face.area * std::max(0.0, -face.inward.dot(sun.toward));
     }
-    const double power = at(world.sun()->irradiance) * area;
-    add(Kind::sun, 0, power, power);
+    const double power = at(sun.irradiance) * area;
+    add(Kind::sun, static_cast<int>(i), power, power);
   }
   if (selection.sky && world.sky(interval) > 0) {
     double area = 4 * kPi * radius_ * radius_;
@@ -76,7 +61,9 @@ PhotonEmitter::PhotonEmitter(const World& world, int interval, const SourceSelec
     const double power = kPi * world.sky(interval) * area;
     add(Kind::sky, 0, power, power);
   }
-  const std::vector<HotSphere>& spheres = world.spheres().spheres();
+  const FaceLights& lights = world.face_lights(interval);
+  if (selection.surfaces && !lights.empty()) add(Kind::faces, 0, lights.power(), lights.power());
+  const std::vector<HotSphere>& spheres = world.spheres();
   for (std::size_t s = 0; s < spheres.size(); ++s) {
     if (!(s < world.source_count() ? selection.spheres : selection.particles)) continue;
     const double power = at(spheres[s].radiance) * 4 * kPi * kPi * spheres[s].radius * spheres[s].radius;
@@ -185,8 +172,9 @@ EmittedPhoton PhotonEmitter::emit(const std::array<double, 8>& u, Cache& cache) 
   EmittedPhoton photon;
   switch (source.kind) {
     case Kind::cloud: photon = from_cloud(source.index, rest, u, cache); break;
-    case Kind::sun: photon = from_sun(u); break;
+    case Kind::sun: photon = from_sun(source.index, u); break;
     case Kind::sky: photon = from_sky(u); break;
+    case Kind::faces: photon = from_faces(rest, u); break;
     case Kind::sphere: photon = from_sphere(source.index, u); break;
     case Kind::beam: photon = from_beam(source.index, u); break;
   }
@@ -235,13 +223,14 @@ EmittedPhoton PhotonEmitter::from_cloud(int cloud, double u, const std::array<do
   return photon;
 }
 
-EmittedPhoton PhotonEmitter::from_sun(const std::array<double, 8>& u) const noexcept {
-  const Sun& sun = *world_->sun();
+EmittedPhoton PhotonEmitter::from_sun(int index, const std::array<double, 8>& u) const noexcept {
+  const Sun& sun = world_->suns()[static_cast<std::size_t>(index)];
   const double irradiance = sun.irradiance[static_cast<std::size_t>(interval_)];
   const Vec3d toward = cone_direction(sun.toward, std::sin(0.5 * sun.diameter), u[4], u[5]).first;
   EmittedPhoton photon;
   photon.direction = -toward;
   photon.in_direct_set = true;
+  photon.from_beyond = true;
   if (!faces_.empty()) {
     double total = 0;
     for (const Face& face : faces_) total += face.area * std::max(0.0, -face.inward.dot(toward));
@@ -269,6 +258,7 @@ EmittedPhoton PhotonEmitter::from_sun(const std::array<double, 8>& u) const noex
 EmittedPhoton PhotonEmitter::from_sky(const std::array<double, 8>& u) const noexcept {
   EmittedPhoton photon;
   photon.in_direct_set = true;
+  photon.from_beyond = true;
   if (!faces_.empty()) {
     double total = 0;
     for (const Face& face : faces_) total += face.area;
@@ -295,8 +285,23 @@ EmittedPhoton PhotonEmitter::from_sky(const std::array<double, 8>& u) const noex
   return photon;
 }
 
+EmittedPhoton PhotonEmitter::from_faces(double u, const std::array<double, 8>& v) const noexcept {
+  const FaceLights& lights = world_->face_lights(interval_);
+  const FaceLights::Place place = lights.sample(*world_, u, v[1], v[2]);
+  EmittedPhoton photon;
+  photon.position = place.position;
+  photon.direction = cosine_direction(place.normal, v[4], v[5]);
+  photon.in_direct_set = true;
+  photon.from = place.id;
+  // The face was chosen by its mean radiance over all angles; here and there it differs.
+  const double radiance = world_->black_radiance(interval_, place.id, place.u, place.v) *
+                          world_->material(interval_, place.id).emissivity(place.normal.dot(photon.direction));
+  photon.power = kPi * radiance / lights.density(*world_, place.id);
+  return photon;
+}
+
 EmittedPhoton PhotonEmitter::from_sphere(int index, const std::array<double, 8>& u) const noexcept {
-  const HotSphere& sphere = world_->spheres().spheres()[static_cast<std::size_t>(index)];
+  const HotSphere& sphere = world_->spheres()[static_cast<std::size_t>(index)];
   const Vec3d normal = uniform_direction(u[1], u[2]);
   EmittedPhoton photon;
   photon.position = sphere.center + sphere.radius * normal;
@@ -304,6 +309,7 @@ EmittedPhoton PhotonEmitter::from_sphere(int index, const std::array<double, 8>&
   photon.power = sphere.radiance[static_cast<std::size_t>(interval_)] * 4 * kPi * kPi *
                  sphere.radius * sphere.radius;
   photon.in_direct_set = static_cast<std::size_t>(index) < world_->source_count();
+  photon.from = {static_cast<std::uint32_t>(world_->objects().size()) + static_cast<std::uint32_t>(index), 0};
   return photon;
 }
 

@@ -18,6 +18,7 @@ struct SourceSelection {
   bool spheres = true;   ///< hot spheres
   bool particles = true;
   bool beams = true;
+  bool surfaces = true;  ///< what objects emit
 };
 
 struct EmittedPhoton {
@@ -25,6 +26,8 @@ struct EmittedPhoton {
   Vec3d direction;   ///< unit vector
   double power = 0;  ///< W if it were the only photon: the total over the number emitted
   bool in_direct_set = false;  ///< of a source that the sensor pass integrates directly
+  bool from_beyond = false;    ///< of sun, moon or sky, which are given as they arrive at the scene
+  FaceId from;                 ///< of an object or hot sphere that it leaves
 };
 
 /// The sources of one interval. Immutable and thread-safe.
@@ -32,6 +35,7 @@ class PhotonEmitter {
  public:
   PhotonEmitter(const World& world, int interval, const SourceSelection& selection = {});
 
+  int interval() const noexcept { return interval_; }
   /// Power of all sources, W.
   double power() const noexcept { return power_; }
 
@@ -47,10 +51,10 @@ class PhotonEmitter {
   EmittedPhoton emit(const std::array<double, 8>& u, Cache& cache) const noexcept;
 
  private:
-  enum class Kind { cloud, sun, sky, sphere, beam };
+  enum class Kind { cloud, sun, sky, faces, sphere, beam };
   struct Source {
     Kind kind;
-    int index;      // cloud, sphere or beam
+    int index;      // cloud, sun, sphere or beam
     double power;   // W
     double chance;  // of being chosen
   };
@@ -69,8 +73,9 @@ class PhotonEmitter {
   Blocks sum_blocks(int cloud) const;
   void make_faces();
   EmittedPhoton from_cloud(int cloud, double u, const std::array<double, 8>& v, Cache& cache) const noexcept;
-  EmittedPhoton from_sun(const std::array<double, 8>& u) const noexcept;
+  EmittedPhoton from_sun(int index, const std::array<double, 8>& u) const noexcept;
   EmittedPhoton from_sky(const std::array<double, 8>& u) const noexcept;
+  EmittedPhoton from_faces(double u, const std::array<double, 8>& v) const noexcept;
   EmittedPhoton from_sphere(int index, const std::array<double, 8>& u) const noexcept;
   EmittedPhoton from_beam(int index, const std::array<double, 8>& u) const noexcept;
 

@@ -6,7 +6,7 @@
 
 namespace obscura {
 
-BatchMean fluence(const World& world, int interval, const PhotonMap* map, const RadianceSettings& settings,
+BatchMean fluence(const World& world, int interval, const PhotonMaps* maps, const RadianceSettings& settings,
                   const Vec3d& point, int directions, std::uint64_t history) {
   // All directions but the sun's disc, in which a single ray would outshine all others.
   const int rows = std::max(1, static_cast<int>(std::sqrt(directions / 2.0)));
@@ -25,7 +25,7 @@ BatchMean fluence(const World& world, int interval, const PhotonMap* map, const 
   RadianceSettings without_disc = settings;
   without_disc.parts.sun_disc = false;
   std::vector<Incoming> incoming(rays.size());
-  incoming_radiance(world, interval, map, without_disc, rays, histories, incoming);
+  incoming_radiance(world, interval, maps, without_disc, rays, histories, incoming);
 
   Moments total;
   std::array<double, kBatches> batches{};
@@ -34,15 +34,15 @@ BatchMean fluence(const World& world, int interval, const PhotonMap* map, const 
     for (std::size_t b = 0; b < batches.size(); ++b) batches[b] += in.map[b] / static_cast<double>(rays.size());
   }
   double sunlight = 0;
-  if (settings.parts.background && world.sun()) {
-    const Ray shadow{point, world.sun()->toward, 0, kInfinity};
-    if (world.spheres().intersect(shadow).t == kInfinity) {
-      double depth = 0;
-      world.optical_depths(interval, {&shadow, 1}, {&depth, 1});
-      sunlight = world.sun()->irradiance[static_cast<std::size_t>(interval)] * std::exp(-depth);
-    }
+  for (const Sun& sun : world.suns()) {
+    if (!settings.parts.background) break;
+    const Ray shadow{point, sun.toward, 0, kInfinity};
+    if (world.blocked(shadow, {}, stream)) continue;
+    double depth = 0;
+    world.optical_depths(interval, {&shadow, 1}, {&depth, 1});
+    sunlight += sun.irradiance[static_cast<std::size_t>(interval)] * std::exp(-depth);
   }
-  const double map_error = map ? batch_mean(batches).standard_error : 0.0;
+  const double map_error = maps ? batch_mean(batches).standard_error : 0.0;
   const double ray_error = total.standard_error();
   return {4 * kPi * total.mean() + sunlight, 4 * kPi * std::hypot(map_error, ray_error)};
 }

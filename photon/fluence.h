@@ -8,7 +8,7 @@ namespace obscura {
 
 /// Integral of radiance over the sphere, W/m2, and its standard error, at one spectral interval.
 /// @param directions stratified over the sphere; @param history names the random numbers
-BatchMean fluence(const World& world, int interval, const PhotonMap* map, const RadianceSettings& settings,
+BatchMean fluence(const World& world, int interval, const PhotonMaps* maps, const RadianceSettings& settings,
                   const Vec3d& point, int directions, std::uint64_t history);
 
 }  // namespace obscura

@@ -11,9 +11,9 @@ namespace {
 void refuse_unfit(const World& world, std::span<const FluxRectangle> rectangles) {
   if (!world.periodic()) return;
   const char* remedy = "make the clouds not periodic";
-  if (!world.spheres().empty() || !world.beams().empty()) {
+  if (!world.surfaces().empty() || !world.beams().empty()) {
     throw NumericalError("method \"photon\"",
-                         "hot spheres, particles and beams are finite, but photons of a periodic cloud stand "
+                         "objects, hot spheres, particles and beams are finite, but photons of a periodic cloud stand "
                          "for those of all its copies",
                          remedy);
   }
@@ -50,34 +50,35 @@ Light trace_light(const World& world, const TraceSettings& settings,
   for (BandLight& band : light.bands) band.flux.resize(rectangles.size());
 
   // Power of every interval's sources, and the sum of its band.
-  std::vector<double> power(static_cast<std::size_t>(world.interval_count()));
+  std::vector<PhotonEmitter> emitters;
   std::vector<double> band_power(world.bands().size(), 0.0);
   for (int i = 0; i < world.interval_count(); ++i) {
-    const double watts = PhotonEmitter(world, i, settings.sources).power();
-    power[static_cast<std::size_t>(i)] = watts;
-    band_power[static_cast<std::size_t>(world.interval(i).band)] += watts;
+    emitters.emplace_back(world, i, settings.sources);
+    band_power[static_cast<std::size_t>(world.interval(i).band)] += emitters.back().power();
   }
   for (int i = 0; i < world.interval_count(); ++i) {
     const auto b = static_cast<std::size_t>(world.interval(i).band);
     if (settings.photons > 0) refuse_endless_histories(world, i, "photon");
     TraceSettings share = settings;
     share.photons = 0;
-    if (power[static_cast<std::size_t>(i)] > 0 && settings.photons > 0) {
-      const double part = power[static_cast<std::size_t>(i)] / band_power[b];
+    const PhotonEmitter& emitter = emitters[static_cast<std::size_t>(i)];
+    if (emitter.power() > 0 && settings.photons > 0) {
+      const double part = emitter.power() / band_power[b];
       share.photons = std::max<std::uint64_t>(
           1, static_cast<std::uint64_t>(std::llround(part * static_cast<double>(settings.photons))));
     }
-    TraceResult traced = trace_photons(world, i, share, rectangles, progress);
+    TraceResult traced = trace_photons(world, emitter, share, rectangles, progress);
     BandLight& band = light.bands[b];
     band.energy += traced.energy;
     for (std::size_t r = 0; r < rectangles.size(); ++r) band.flux[r] += traced.flux[r];
     light.emitted += traced.emitted;
-    light.stored += traced.photons.size();
+    light.stored += traced.photons.size() + traced.surface_photons.size();
     light.dropped_W += traced.dropped_W;
     light.anomalies += traced.anomalies;
     light.partial = light.partial || traced.partial;
-    light.maps.emplace_back(std::move(traced.photons), Vec3d(0), world.map_period());
-    light.bytes += light.maps.back().bytes();
+    light.maps.push_back({PhotonMap(std::move(traced.photons), Vec3d(0), world.map_period()),
+                          PhotonMap(std::move(traced.surface_photons), Vec3d(0), world.map_period())});
+    light.bytes += light.maps.back().volume.bytes() + light.maps.back().surface.bytes();
   }
   return light;
 }

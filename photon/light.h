@@ -15,7 +15,7 @@ struct BandLight {
 };
 
 struct Light {
-  std::vector<PhotonMap> maps;     ///< one per interval; photons in the World's map frame
+  std::vector<PhotonMaps> maps;    ///< one per interval; photons in the World's map frame
   std::vector<BandLight> bands;
   std::uint64_t emitted = 0;       ///< number of photons
   std::uint64_t stored = 0;
@@ -27,7 +27,7 @@ struct Light {
 
 /// Traces every interval. `settings.photons` is the number per band: each interval gets its share by
 /// the power of its sources.
-/// @throws NumericalError where photons cannot serve the World (finite sources in a periodic one,
+/// @throws NumericalError where photons cannot serve the World (finite sources or objects in a periodic one,
 /// clouds of different periods, rectangles that stand upright in a periodic one).
 Light trace_light(const World& world, const TraceSettings& settings,
                   std::span<const FluxRectangle> rectangles = {}, const Progress& progress = {});

@@ -65,4 +65,10 @@ class PhotonMap {
   double power_ = 0;
 };
 
+/// The light of one spectral interval that is not in the direct set.
+struct PhotonMaps {
+  PhotonMap volume;   ///< at collisions
+  PhotonMap surface;  ///< at surfaces that reflect
+};
+
 }  // namespace obscura

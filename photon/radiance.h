@@ -15,19 +15,22 @@ namespace obscura {
 
 /// The parts that radiance is the sum of; each can be switched off.
 struct RadianceParts {
-  bool background = true;  ///< sky, sun's disc and spheres seen through the clouds
-  bool sun_disc = true;    ///< the sun's disc in the background
+  bool background = true;  ///< sky, discs and what surfaces emit, seen through the clouds and in mirrors
+  bool sun_disc = true;    ///< the discs of sun and moon in the background
   bool emission = true;    ///< of the clouds, unscattered
-  bool sun = true;         ///< scattered once
-  bool sky = true;         ///< scattered once
-  bool spheres = true;     ///< of hot spheres, scattered once
-  bool map = true;         ///< all other scattered light
+  bool sun = true;         ///< of sun and moon, scattered or reflected once
+  bool sky = true;         ///< scattered or reflected once
+  bool surfaces = true;    ///< emitted by objects, scattered or reflected once
+  bool spheres = true;     ///< of hot spheres, scattered or reflected once
+  bool map = true;         ///< all other scattered or reflected light
 };
 
 struct RadianceSettings {
   GatherSettings gather;
   /// Scattering points along a ray whose clouds let nothing through; in proportion fewer in thin ones.
   int points = 4;
+  /// Mirrors that a camera ray follows; one behind them is taken for Lambertian.
+  int specular_depth = 4;
   std::optional<int> scattering_depth;  ///< as in tracing; 0: nothing scatters into the ray
   std::uint64_t seed = 1;
   RadianceParts parts;
@@ -39,6 +42,7 @@ struct Incoming {
   std::array<double, kBatches> map{};      ///< from the map, once per batch; their mean adds to `direct`
   double bias = 0;                         ///< estimated bias of the map's part
   double transmission = 1;                 ///< of the clouds, to the first surface or infinity
+  double transmission_air = 1;             ///< of the atmosphere, likewise
   double distance = kInfinity;             ///< to the first surface, in units of the ray's direction
 
   double total() const noexcept {
@@ -52,12 +56,14 @@ struct Incoming {
 struct RadianceCounts {
   std::uint64_t rays = 0;
   std::uint64_t scattering_points = 0;
+  std::uint64_t mirror_rays = 0;
   std::uint64_t shadow_rays = 0;
   std::uint64_t anomalies = 0;
 
   RadianceCounts& operator+=(const RadianceCounts& other) noexcept {
     rays += other.rays;
     scattering_points += other.scattering_points;
+    mirror_rays += other.mirror_rays;
     shadow_rays += other.shadow_rays;
     anomalies += other.anomalies;
     return *this;
@@ -66,8 +72,8 @@ struct RadianceCounts {
 
 /// Radiance along many rays at once. Directions are unit vectors. The result of a ray depends on its
 /// history number and not on the others. Scratch memory is allocated once per call: give it thousands.
-/// @param map null: nothing but direct light
-RadianceCounts incoming_radiance(const World& world, int interval, const PhotonMap* map,
+/// @param maps null: nothing but direct light
+RadianceCounts incoming_radiance(const World& world, int interval, const PhotonMaps* maps,
                                  const RadianceSettings& settings, std::span<const Ray> rays,
                                  std::span<const std::uint64_t> histories, std::span<Incoming> incoming);
 

@@ -1,4 +1,4 @@
-// Points and directions from uniform numbers.
+// Points, directions and choices from uniform numbers.
 #pragma once
 
 #include <algorithm>
@@ -49,6 +49,22 @@ inline Vec3d cosine_direction(const Vec3d& normal, double u, double v) noexcept 
 inline std::pair<Vec3d, double> cone_direction(const Vec3d& axis, double sine, double u, double v) noexcept {
   const double versine = sine * sine / (1 + std::sqrt(std::max(0.0, 1 - sine * sine)));  // 1 - cosine
   return {direction_about(axis, 1 - u * versine, 2 * kPi * v), 2 * kPi * versine};
+}
+
+/// The step of a cumulative sum that u times its total falls into; u becomes uniform within it.
+template <class Sums>
+std::size_t choose(const Sums& sums, std::size_t count, double& u) noexcept {
+  const double target = u * static_cast<double>(sums[count - 1]);
+  const auto first = sums.begin();
+  std::size_t i = static_cast<std::size_t>(
+      std::upper_bound(first, first + static_cast<std::ptrdiff_t>(count), target,
+                       [](double value, double sum) { return value < static_cast<double>(sum); }) -
+      first);
+  i = std::min(i, count - 1);
+  const double below = i ? static_cast<double>(sums[i - 1]) : 0.0;
+  const double width = static_cast<double>(sums[i]) - below;
+  u = width > 0 ? std::clamp((target - below) / width, 0.0, 1.0 - 0x1p-53) : 0.5;
+  return i;
 }
 
 }  // namespace obscura

@@ -47,17 +47,29 @@ class EmissionNumbers {
   LowDiscrepancy sequence_;
 };
 
+/// Reflections after which a history ends: mirrors that lose nothing would keep it for ever.
+constexpr int kMostReflections = 10000;
+
 struct History {
   Vec3d position;
   Vec3d direction;
   double power;
-  bool in_direct_set;
+  bool in_direct_set;  // until it collides or is reflected
+  bool from_beyond;    // likewise
+  FaceId from;         // the face that it leaves
   int collisions = 0;
+  int reflections = 0;
+  std::uint32_t id = 0;  // its place among the emitted of its chunk
   Stream stream;
 };
 
+/// A photon is stored with the order in which its history was emitted, so that the map does not depend on
+/// who flew with whom.
+using Stored = std::vector<std::pair<std::uint32_t, Photon>>;
+
 struct ChunkResult {
   std::vector<Photon> photons;
+  std::vector<Photon> surface_photons;
   EnergyTally energy;
   std::vector<FluxTally> flux;
   double dropped_W = 0;
@@ -65,99 +77,173 @@ struct ChunkResult {
   std::uint64_t anomalies = 0;
 };
 
-/// Follows a chunk of histories of one batch to their ends, all of them one flight at a time.
-void trace_chunk(const World& world, int interval, const TraceSettings& settings,
-                 std::span<const FluxRectangle> rectangles, std::size_t batch,
-                 std::vector<History> active, ChunkResult& result) {
-  // A photon is stored with the order in which its history was emitted, so that the map does not
-  // depend on who flew with whom.
-  std::vector<std::uint32_t> ids(active.size());
-  std::iota(ids.begin(), ids.end(), 0u);
-  std::vector<std::pair<std::uint32_t, Photon>> stored;
-  std::vector<Flight> flights;
-  std::vector<FreePath> ends;
-  std::vector<SphereHit> hits;
-  EnergyTally& energy = result.energy;
-  while (!active.empty()) {
-    // Where each flight ends: at a collision, on a sphere, or nowhere.
-    flights.clear();
-    hits.clear();
-    for (History& history : active) {
-      Ray ray{history.position, history.direction, 0, kInfinity};
-      hits.push_back(world.spheres().intersect(ray));
-      ray.t_max = hits.back().t;
-      flights.push_back({ray, -std::log(history.stream.uniform())});
-    }
-    ends.resize(flights.size());
-    world.reach_depths(interval, flights, ends);
-
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < active.size(); ++i) {
-      History& history = active[i];
-      LocalOptics local;
-      if (ends[i].collided) local = world.at_collision(interval, flights[i], ends[i]);
-      const double t = ends[i].collided ? ends[i].t : hits[i].t;
-      for (std::size_t r = 0; r < rectangles.size(); ++r) {
-        const int count = crossings(world, rectangles[r], history.position, history.direction, t);
-        (count > 0 ? result.flux[r].forward : result.flux[r].backward)[batch] +=
-            std::abs(count) * history.power;
-      }
-      if (!ends[i].collided) {
-        (hits[i].t == kInfinity ? energy.escaped : energy.surface)[batch] += history.power;
-        continue;
-      }
-      history.position = world.wrap(flights[i].ray.at(t));
-
-      // Store, unless the sensor pass integrates this light itself.
-      const bool direct = history.in_direct_set && history.collisions == 0;
-      const bool deep = settings.scattering_depth && history.collisions >= *settings.scattering_depth;
-      if (!direct && !deep) {
-        if (history.power >= settings.photon_power_min) {
-          Photon photon;
-          photon.position = Vec3f(transform_point(world.world_to_map(), history.position));
-          photon.direction = encode_direction(transform_direction(world.world_to_map(), history.direction));
-          photon.power = static_cast<float>(history.power);
-          photon.batch = static_cast<std::uint8_t>(batch);
-          photon.collisions = static_cast<std::uint16_t>(std::min(history.collisions, 65535));
-          stored.emplace_back(ids[i], photon);
-        } else {
-          result.dropped_W += history.power;
-        }
-      }
-      ++history.collisions;
-
-      // Roulette with the voxel's own albedo: survivors keep their power.
-      if (history.stream.uniform() * local.extinction >= local.scattering) {
-        energy.absorbed[batch] += history.power;
-        continue;
-      }
-      if (deep) {
-        energy.truncated[batch] += history.power;
-        continue;
-      }
-      const LocalScattering scattering(world, interval, history.position);
-      if (!(scattering.total() > 0)) {
-        ++result.anomalies;
-        energy.absorbed[batch] += history.power;
-        continue;
-      }
-      const double u = history.stream.uniform();
-      const double v = history.stream.uniform();
-      history.direction = scattering.sample(history.direction, u, v, history.stream.uniform());
-      if (kept != i) {
-        active[kept] = active[i];
-        ids[kept] = ids[i];
-      }
-      ++kept;
-    }
-    active.erase(active.begin() + static_cast<std::ptrdiff_t>(kept), active.end());
-    ids.resize(kept);
-  }
-  std::stable_sort(stored.begin(), stored.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
-  result.photons.reserve(stored.size());
-  for (const auto& [id, photon] : stored) result.photons.push_back(photon);
+std::vector<Photon> in_order(Stored& stored) {
+  std::stable_sort(stored.begin(), stored.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<Photon> photons;
+  photons.reserve(stored.size());
+  for (const auto& [id, photon] : stored) photons.push_back(photon);
+  return photons;
 }
+
+/// A chunk of histories of one batch, all of them one flight at a time.
+class Chunk {
+ public:
+  Chunk(const World& world, int interval, const TraceSettings& settings, std::span<const FluxRectangle> rectangles,
+        std::size_t batch, ChunkResult& result)
+      : world_(world), interval_(interval), settings_(settings), rectangles_(rectangles), batch_(batch),
+        result_(result) {}
+
+  /// Follows them to their ends.
+  void run(std::vector<History> active) {
+    std::vector<Flight> flights;
+    std::vector<FreePath> ends;
+    std::vector<SurfaceHit> hits;
+    while (!active.empty()) {
+      // Where each flight ends: at a collision, on a surface, or nowhere.
+      flights.clear();
+      hits.clear();
+      for (History& history : active) {
+        Ray ray{history.position, history.direction, history.from.exists() ? world_.surfaces().clearance() : 0.0,
+                kInfinity};
+        hits.push_back(world_.meet(ray, history.from, history.stream));
+        ray.t_max = hits.back().t;
+        flights.push_back({ray, -std::log(history.stream.uniform())});
+      }
+      ends.resize(flights.size());
+      world_.reach_depths(interval_, flights, ends);
+
+      std::size_t kept = 0;
+      for (std::size_t i = 0; i < active.size(); ++i) {
+        if (!follow(active[i], flights[i], ends[i], hits[i])) continue;
+        if (kept != i) active[kept] = active[i];
+        ++kept;
+      }
+      active.erase(active.begin() + static_cast<std::ptrdiff_t>(kept), active.end());
+    }
+    result_.photons = in_order(collided_);
+    result_.surface_photons = in_order(landed_);
+  }
+
+ private:
+  /// One flight to its end; false where the history ends too.
+  bool follow(History& history, const Flight& flight, FreePath& end, const SurfaceHit& hit) {
+    LocalOptics local;
+    if (end.collided) local = world_.at_collision(interval_, flight, end);
+    double t = end.collided ? end.t : hit.t;
+    // The air may have taken it before; what comes from beyond is given as it arrives.
+    const double air = world_.air_extinction(interval_);
+    bool lost_in_air = false;
+    if (air > 0 && !history.from_beyond) {
+      const double t_air = -std::log(history.stream.uniform()) / air;
+      lost_in_air = t_air < t;
+      t = std::min(t, t_air);
+    }
+    for (std::size_t r = 0; r < rectangles_.size(); ++r) {
+      const int count = crossings(world_, rectangles_[r], history.position, history.direction, t);
+      (count > 0 ? result_.flux[r].forward : result_.flux[r].backward)[batch_] += std::abs(count) * history.power;
+    }
+    EnergyTally& energy = result_.energy;
+    if (lost_in_air) {
+      energy.absorbed[batch_] += history.power;
+      return false;
+    }
+    if (end.collided) {
+      history.position = world_.wrap(flight.ray.at(t));
+      return collide(history, local);
+    }
+    if (hit.exists()) return land(history, world_.surface_at(interval_, flight.ray, hit));
+    energy.escaped[batch_] += history.power;
+    return false;
+  }
+
+  bool collide(History& history, const LocalOptics& local) {
+    const bool deep = settings_.scattering_depth && history.collisions >= *settings_.scattering_depth;
+    // Store, unless the sensor pass integrates this light itself.
+    if (!history.in_direct_set && !deep) {
+      store(collided_, history, static_cast<std::uint16_t>(std::min(history.collisions, 65535)));
+    }
+    ++history.collisions;
+    history.in_direct_set = history.from_beyond = false;
+    history.from = {};
+
+    // Roulette with the voxel's own albedo: survivors keep their power.
+    EnergyTally& energy = result_.energy;
+    if (history.stream.uniform() * local.extinction >= local.scattering) {
+      energy.absorbed[batch_] += history.power;
+      return false;
+    }
+    if (deep) {
+      energy.truncated[batch_] += history.power;
+      return false;
+    }
+    const LocalScattering scattering(world_, interval_, history.position);
+    if (!(scattering.total() > 0)) {
+      ++result_.anomalies;
+      energy.absorbed[batch_] += history.power;
+      return false;
+    }
+    const double u = history.stream.uniform();
+    const double v = history.stream.uniform();
+    history.direction = scattering.sample(history.direction, u, v, history.stream.uniform());
+    return true;
+  }
+
+  bool land(History& history, const SurfacePoint& at) {
+    EnergyTally& energy = result_.energy;
+    if (!at.reflects()) {
+      energy.surface[batch_] += history.power;
+      return false;
+    }
+    history.position = at.position;
+    if (!history.in_direct_set) store(landed_, history, encode_normal(at.normal));
+    history.in_direct_set = history.from_beyond = false;
+    history.from = at.id;
+
+    // Roulette with the reflectance, then a mirror or chalk.
+    if (history.stream.uniform() >= at.reflectance(at.cosine)) {
+      energy.surface[batch_] += history.power;
+      return false;
+    }
+    if (++history.reflections > kMostReflections) {
+      energy.truncated[batch_] += history.power;
+      return false;
+    }
+    if (history.stream.uniform() < at.material->specular()) {
+      bool exact;
+      history.direction =
+          mirror_direction(history.direction, at.normal, at.material->roughness(), history.stream, exact);
+      return true;
+    }
+    // In proportion to the reflectance of where it goes, by rejection.
+    for (;;) {
+      const double u = history.stream.uniform();
+      history.direction = cosine_direction(at.normal, u, history.stream.uniform());
+      if (history.stream.uniform() < at.reflectance(history.direction.dot(at.normal))) return true;
+    }
+  }
+
+  void store(Stored& list, const History& history, std::uint16_t label) {
+    if (!(history.power >= settings_.photon_power_min)) {
+      result_.dropped_W += history.power;
+      return;
+    }
+    Photon photon;
+    photon.position = Vec3f(transform_point(world_.world_to_map(), history.position));
+    photon.direction = encode_direction(transform_direction(world_.world_to_map(), history.direction));
+    photon.power = static_cast<float>(history.power);
+    photon.batch = static_cast<std::uint8_t>(batch_);
+    photon.collisions = label;
+    list.emplace_back(history.id, photon);
+  }
+
+  const World& world_;
+  int interval_;
+  const TraceSettings& settings_;
+  std::span<const FluxRectangle> rectangles_;
+  std::size_t batch_;
+  ChunkResult& result_;
+  Stored collided_, landed_;
+};
 
 void add(BatchTally& sum, const BatchTally& part) noexcept {
   for (std::size_t b = 0; b < sum.size(); ++b) sum[b] += part[b];
@@ -180,11 +266,11 @@ FluxTally& FluxTally::operator+=(const FluxTally& other) noexcept {
   return *this;
 }
 
-TraceResult trace_photons(const World& world, int interval, const TraceSettings& settings,
+TraceResult trace_photons(const World& world, const PhotonEmitter& emitter, const TraceSettings& settings,
                           std::span<const FluxRectangle> rectangles, const Progress& progress) {
+  const int interval = emitter.interval();
   TraceResult result;
   result.flux.resize(rectangles.size());
-  const PhotonEmitter emitter(world, interval, settings.sources);
   if (settings.photons == 0 || !(emitter.power() > 0)) return result;
 
   // Batches are dealt equal shares; with fewer photons than batches some stay empty.
@@ -228,17 +314,21 @@ TraceResult trace_photons(const World& world, int interval, const TraceSettings&
         }
         part.energy.emitted[batch] += power;
         ++part.emitted;
-        histories.push_back({photon.position, photon.direction, power, photon.in_direct_set, 0,
+        histories.push_back({photon.position, photon.direction, power, photon.in_direct_set, photon.from_beyond,
+                             photon.from, 0, 0, static_cast<std::uint32_t>(histories.size()),
                              Stream(settings.seed, first + id, purpose_id(Purpose::tracing, interval))});
       }
-      trace_chunk(world, interval, settings, rectangles, batch, std::move(histories), part);
+      Chunk(world, interval, settings, rectangles, batch, part).run(std::move(histories));
       progress.report("photons", done += end - begin, settings.photons);
     });
 
     // In chunk order: the same bits for any number of threads.
     for (ChunkResult& part : parts) {
       result.photons.insert(result.photons.end(), part.photons.begin(), part.photons.end());
+      result.surface_photons.insert(result.surface_photons.end(), part.surface_photons.begin(),
+                                    part.surface_photons.end());
       part.photons = {};
+      part.surface_photons = {};
       result.energy += part.energy;
       for (std::size_t r = 0; r < part.flux.size(); ++r) {
         result.flux[r] += part.flux[r];

@@ -9,10 +9,13 @@
 
 #include "octree/batch_walk.h"
 #include "octree/base/math.h"
+#include "octree/base/random.h"
 #include "photon/band.h"
 #include "photon/cloud.h"
 #include "photon/object.h"
-#include "photon/spheres.h"
+#include "photon/face_lights.h"
+#include "photon/material.h"
+#include "photon/surfaces.h"
 
 namespace obscura {
 
@@ -21,6 +24,12 @@ struct Sun {
   Vec3d toward{0, 0, 1};           ///< unit vector from the scene to it
   std::vector<double> irradiance;  ///< W/m2 per interval, normal to the beam
   double diameter = 0;             ///< radians, full angle
+
+  /// Of its disc, W/m2/sr; 0 where it is a point.
+  double radiance(int interval) const noexcept {
+    const double sine = std::sin(0.5 * diameter);
+    return sine > 0 ? irradiance[static_cast<std::size_t>(interval)] / (kPi * sine * sine) : 0.0;
+  }
 };
 
 /// A collimated beam; its light goes along `direction` from a disc about `position`.
@@ -67,6 +76,20 @@ struct CloudFrame {
   Vec3d wrap(Vec3d local) const noexcept;
 };
 
+/// A side of a surface where a ray has met it, at one interval.
+struct SurfacePoint {
+  FaceId id;
+  Vec3d position;
+  Vec3d normal;                              ///< unit, of that side
+  double cosine = 1;                         ///< between the normal and the way back along the ray
+  const MaterialOptics* material = nullptr;  ///< none: it reflects nothing
+  double black = 0;                          ///< a black body's radiance in its place, W/m2/sr; 0: emits nothing
+
+  double emission(double toward) const noexcept { return material ? black * material->emissivity(toward) : black; }
+  double reflectance(double toward) const noexcept { return material ? material->reflectance(toward) : 0.0; }
+  bool reflects() const noexcept { return material && material->reflects(); }
+};
+
 /// The place of an interval among all of the World's.
 struct IntervalIndex {
   int band = 0;
@@ -84,14 +107,18 @@ class World {
 
   const std::vector<Band>& bands() const noexcept { return contents_.bands; }
   const std::vector<Cloud>& clouds() const noexcept { return contents_.clouds; }
-  const std::optional<Sun>& sun() const noexcept { return contents_.sun; }
+  /// Sun and moon, those that there are.
+  std::span<const Sun> suns() const noexcept { return suns_; }
+  const std::optional<Atmosphere>& atmosphere() const noexcept { return contents_.atmosphere; }
   const std::vector<Beam>& beams() const noexcept { return contents_.beams; }
   double sky(int interval) const noexcept {
     return contents_.sky.empty() ? 0.0 : contents_.sky[static_cast<std::size_t>(interval)];
   }
-  /// Hot spheres first, then particles.
-  const Spheres& spheres() const noexcept { return spheres_; }
+  const std::vector<Object>& objects() const noexcept { return contents_.objects; }
+  /// Hot spheres first, then particles: the surfaces behind the objects.
+  const std::vector<HotSphere>& spheres() const noexcept { return spheres_; }
   std::size_t source_count() const noexcept { return contents_.sources.size(); }
+  const Surfaces& surfaces() const noexcept { return surfaces_; }
 
   int interval_count() const noexcept { return static_cast<int>(intervals_.size()); }
   IntervalIndex interval(int index) const noexcept { return intervals_[static_cast<std::size_t>(index)]; }
@@ -136,10 +163,33 @@ class World {
   /// The index-space point of a cloud, wrapped into its cell where it is periodic.
   Vec3d index_point(int cloud, const Vec3d& point) const noexcept;
 
-  /// Radiance from beyond all clouds, W/m2/sr: the sky, and the sun's disc where the ray meets it.
-  double background(int interval, const Vec3d& direction, bool sun_disc = true) const noexcept;
-  /// Radiance of the sun's disc, W/m2/sr.
-  double sun_radiance(int interval) const noexcept;
+  /// Radiance from beyond all clouds, W/m2/sr: the sky, and the discs of sun and moon where the ray meets
+  /// them.
+  double background(int interval, const Vec3d& direction, bool discs = true) const noexcept;
+
+  /// Extinction of the air, 1/m, and the radiance of a black body at its temperature, W/m2/sr.
+  double air_extinction(int interval) const noexcept {
+    return atmosphere() ? atmosphere()->extinction[static_cast<std::size_t>(interval)] : 0.0;
+  }
+  double air_radiance(int interval) const noexcept {
+    return atmosphere() ? atmosphere()->radiance[static_cast<std::size_t>(interval)] : 0.0;
+  }
+
+  /// The first surface in the ray's way. Where materials are permeable, numbers of the stream decide which
+  /// are passed through.
+  SurfaceHit meet(const Ray& ray, FaceId from, Stream& stream) const noexcept;
+  bool blocked(const Ray& ray, FaceId from, Stream& stream) const noexcept;
+  /// What the ray has met there; the hit has to exist.
+  SurfacePoint surface_at(int interval, const Ray& ray, const SurfaceHit& hit) const noexcept;
+  /// The material of a face of an object.
+  const MaterialOptics& material(int interval, const FaceId& face) const noexcept;
+  /// Radiance of a black body with the temperature (or with the given radiance) of a point on a face of an
+  /// object, W/m2/sr.
+  double black_radiance(int interval, const FaceId& face, double u, double v) const noexcept;
+  /// Faces of objects that emit.
+  const FaceLights& face_lights(int interval) const noexcept { return face_lights_[static_cast<std::size_t>(interval)]; }
+  /// A surface of an object at any interval reflects.
+  bool surfaces_reflect(int interval) const noexcept { return surfaces_reflect_[static_cast<std::size_t>(interval)]; }
 
   /// Optical depth of all clouds along each ray. Deterministic per ray. Scratch is allocated.
   void optical_depths(int interval, std::span<const Ray> rays, std::span<double> depths) const;
@@ -148,12 +198,26 @@ class World {
 
  private:
   void make_map_frame();
+  void place_clouds();
+  void place_surfaces();
+  void light_surfaces();
+  std::size_t slot_of(const FaceId& face) const noexcept;
 
   WorldContents contents_;
   std::vector<IntervalIndex> intervals_;
   std::vector<CloudOptics> optics_;
   std::vector<CloudFrame> frames_;
-  Spheres spheres_;
+  std::vector<Sun> suns_;
+  std::vector<HotSphere> spheres_;
+  Surfaces surfaces_;
+  std::vector<MaterialOptics> materials_;               // [interval][material]
+  std::vector<std::size_t> first_slots_;                // of each object, among all objects' slots
+  std::size_t slot_count_ = 0;
+  std::vector<double> black_;                           // [interval][slot], W/m2/sr
+  std::vector<std::optional<PlanckTable>> mesh_planck_; // per interval, where a mesh has temperatures of its own
+  std::vector<FaceLights> face_lights_;                 // per interval
+  std::vector<bool> surfaces_reflect_;                  // per interval
+  bool permeable_ = false;
   Box3d bounds_;
   Vec3d origin_{0, 0, 0};
   int periodic_cloud_ = -1;

@@ -26,7 +26,7 @@ std::vector<PlanRow> effects_of(const Description& scene, const World& world) {
     emits = emits || world.emits(i);
     scatters = scatters || world.scatters(i);
     sky = sky || world.sky(i) > 0;
-    sun = sun || (world.sun() && world.sun()->irradiance[static_cast<std::size_t>(i)] > 0);
+    for (const Sun& disc : world.suns()) sun = sun || disc.irradiance[static_cast<std::size_t>(i)] > 0;
   }
   const int depth = scene.sensor.scattering_depth.value_or(1 << 30);
   const bool masks = !world.spheres().empty();

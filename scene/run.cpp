@@ -122,6 +122,7 @@ ImageOrigin origin_of(const Session& session, double time_s) {
   origin.method = "photon";
   origin.time_s = time_s;
   origin.has_bias = true;
+  origin.has_atmosphere = session.world().atmosphere().has_value();
   return origin;
 }
 

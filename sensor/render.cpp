@@ -32,20 +32,27 @@ TileRays rays_of(const FilmTile& tile, const Sampler& sampler) {
   return result;
 }
 
+/// The object that a ray meets first: 1-based, 0 none.
+std::uint32_t object_at(const World& world, const std::optional<Ray>& ray) {
+  if (!ray) return 0;
+  const FaceId face = world.surfaces().intersect(*ray).id;
+  return face.surface < world.objects().size() ? face.surface + 1 : 0;
+}
+
 /// What the rays bring home in all bands: interval after interval, added up per band.
-RadianceCounts trace(const World& world, std::span<const PhotonMap> maps,
+RadianceCounts trace(const World& world, std::span<const PhotonMaps> maps,
                      const RadianceSettings& settings, const TileRays& tile,
                      std::vector<RaySample>& samples) {
   RadianceCounts counts;
   for (RaySample& sample : samples) {
-    for (BandSample& band : sample.bands) band.transmission = 0;
+    for (BandSample& band : sample.bands) band.transmission = band.transmission_atmosphere = 0;
   }
   std::vector<Incoming> incoming(tile.rays.size());
   for (int i = 0; i < world.interval_count(); ++i) {
     const IntervalIndex where = world.interval(i);
     const auto b = static_cast<std::size_t>(where.band);
     const double weight = world.bands()[b].intervals()[static_cast<std::size_t>(where.interval)].weight;
-    const PhotonMap* map = maps.empty() ? nullptr : &maps[static_cast<std::size_t>(i)];
+    const PhotonMaps* map = maps.empty() ? nullptr : &maps[static_cast<std::size_t>(i)];
     counts += incoming_radiance(world, i, map, settings, tile.rays, tile.histories, incoming);
     for (std::size_t r = 0; r < incoming.size(); ++r) {
       const Incoming& in = incoming[r];
@@ -54,6 +61,7 @@ RadianceCounts trace(const World& world, std::span<const PhotonMap> maps,
       for (std::size_t k = 0; k < in.map.size(); ++k) band.map[k] += in.map[k];
       band.bias += in.bias;
       band.transmission += weight * in.transmission;
+      band.transmission_atmosphere += weight * in.transmission_air;
       samples[r].depth_m = in.distance;
     }
   }
@@ -62,7 +70,7 @@ RadianceCounts trace(const World& world, std::span<const PhotonMap> maps,
 
 }  // namespace
 
-Rendered render(const World& world, std::span<const PhotonMap> maps, const Camera& camera,
+Rendered render(const World& world, std::span<const PhotonMaps> maps, const Camera& camera,
                 const SamplerSettings& sampling, const RadianceSettings& radiance,
                 const Progress& progress) {
   const int bands = static_cast<int>(world.bands().size());
@@ -86,7 +94,7 @@ Rendered render(const World& world, std::span<const PhotonMap> maps, const Camer
         for (const int ray : rays.pixels[pixel]) {
           sum.add(ray < 0 ? nothing : samples[static_cast<std::size_t>(ray)]);
         }
-        tile.put(x, y, sum, 0);
+        tile.put(x, y, sum, object_at(world, sampler.centre(x, y)));
         ++pixel;
       }
     }

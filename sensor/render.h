@@ -18,7 +18,7 @@ struct Rendered {
 
 /// The same bits for any number of threads. Cancelled: the tiles that were finished, film.partial().
 /// @param maps one per spectral interval of the World, or none: direct light only
-Rendered render(const World& world, std::span<const PhotonMap> maps, const Camera& camera,
+Rendered render(const World& world, std::span<const PhotonMaps> maps, const Camera& camera,
                 const SamplerSettings& sampling, const RadianceSettings& radiance,
                 const Progress& progress = {});
 

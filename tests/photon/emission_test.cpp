@@ -226,7 +226,7 @@ TEST_CASE("hot spheres emit Lambertian light from their surface; only sources ar
   std::vector<double> cosines(10);
   double of_particle = 0;
   emit_many(emitter, kPhotons, [&](const EmittedPhoton& photon) {
-    const HotSphere& sphere = world.spheres().spheres()[photon.position.x > 3 ? 1 : 0];
+    const HotSphere& sphere = world.spheres()[photon.position.x > 3 ? 1 : 0];
     of_particle += photon.position.x > 3 ? 1 : 0;
     CHECK(photon.in_direct_set == (photon.position.x < 3));
     const Vec3d normal = (photon.position - sphere.center) / sphere.radius;
@@ -323,12 +323,12 @@ TEST_CASE("sources that are off emit nothing, and a dark World has no power", "[
   double sum = 0;
   for (bool SourceSelection::*source : {&SourceSelection::emission, &SourceSelection::sun, &SourceSelection::sky,
                                         &SourceSelection::spheres, &SourceSelection::particles, &SourceSelection::beams}) {
-    SourceSelection one{false, false, false, false, false, false};
+    SourceSelection one{false, false, false, false, false, false, false};
     one.*source = true;
     const double part = PhotonEmitter(world, 0, one).power();
     CHECK(part > 0);
     sum += part;
   }
   CHECK(sum == Approx(whole).epsilon(1e-12));
-  CHECK(PhotonEmitter(world, 0, {false, false, false, false, false, false}).power() == 0);
+  CHECK(PhotonEmitter(world, 0, {false, false, false, false, false, false, false}).power() == 0);
 }

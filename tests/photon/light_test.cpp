@@ -69,7 +69,7 @@ TEST_CASE("intervals of a band share its photons by power, and every band has it
   // Powers within an interval follow its own number of photons.
   std::uint64_t stored = 0;
   for (int i = 0; i < 4; ++i) {
-    const PhotonMap& map = light.maps[static_cast<std::size_t>(i)];
+    const PhotonMap& map = light.maps[static_cast<std::size_t>(i)].volume;
     stored += map.size();
     const double photons = i == 0 ? 30000 : 30000 * power[i] / ir;
     CHECK(static_cast<double>(map.photons()[0].power) == Approx(power[i] / photons).epsilon(0.01));
@@ -91,8 +91,8 @@ TEST_CASE("an interval without power gets an empty map, one with little at least
   TraceSettings settings;
   settings.photons = 1000;
   const Light light = trace_light(World(std::move(contents)), settings);
-  CHECK(light.maps[0].size() == 0);
-  CHECK(light.maps[1].size() <= 1);
+  CHECK(light.maps[0].volume.size() == 0);
+  CHECK(light.maps[1].volume.size() <= 1);
   CHECK(light.emitted == 1001);
 }
 

@@ -21,7 +21,7 @@ CloudWish slab(double extinction, double albedo, double g = 0) {
   return wish;
 }
 
-constexpr RadianceParts kNone{false, true, false, false, false, false, false};
+constexpr RadianceParts kNone{false, true, false, false, false, false, false, false};
 
 RadianceSettings only(bool RadianceParts::*part, int points = 4) {
   RadianceSettings settings;
@@ -180,7 +180,7 @@ TEST_CASE("spheres and the sun's disc are seen through the cloud, spheres at the
   CHECK(sphere.transmission == Approx(std::exp(-0.5)).epsilon(1e-5));
   CHECK(sphere.direct == Approx(9 * std::exp(-0.5)).epsilon(1e-5));
   const Ray up{{40, 40, -2}, {0, 0, 1}, 0, kInfinity};
-  CHECK(one_ray(world, up).direct == Approx(std::exp(-0.5) * (0.25 + world.sun_radiance(0))).epsilon(1e-5));
+  CHECK(one_ray(world, up).direct == Approx(std::exp(-0.5) * (0.25 + world.suns()[0].radiance(0))).epsilon(1e-5));
   RadianceSettings no_disc;
   no_disc.parts.sun_disc = false;
   CHECK(one_ray(world, up, no_disc).direct == Approx(std::exp(-0.5) * 0.25).epsilon(1e-5));
@@ -264,7 +264,7 @@ TEST_CASE("an estimate without a denominator counts as an anomaly", "[photon][ra
     photon.power = 1;
     photons.push_back(photon);
   }
-  const PhotonMap map(std::move(photons));
+  const PhotonMaps map{PhotonMap(std::move(photons)), {}};
   const std::vector<Ray> rays(20, Ray{{0.5, 0.5, 5}, {0, 0, -1}, 0, kInfinity});
   std::vector<std::uint64_t> histories(20);
   for (std::size_t i = 0; i < histories.size(); ++i) histories[i] = i;

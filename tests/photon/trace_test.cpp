@@ -94,7 +94,7 @@ TEST_CASE("light of the direct set is stored from the second collision, all othe
   const auto trace = [&](bool SourceSelection::*source) {
     TraceSettings settings;
     settings.photons = 20000;
-    settings.sources = {false, false, false, false, false, false};
+    settings.sources = {false, false, false, false, false, false, false};
     settings.sources.*source = true;
     return trace_photons(world, 0, settings);
   };

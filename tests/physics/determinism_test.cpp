@@ -30,7 +30,7 @@ Outcome run(int threads, std::uint64_t seed) {
     trace.photons = 30000;
     trace.seed = seed;
     const Light light = trace_light(world, trace);
-    outcome.photons.assign(light.maps[0].photons().begin(), light.maps[0].photons().end());
+    outcome.photons.assign(light.maps[0].volume.photons().begin(), light.maps[0].volume.photons().end());
     outcome.energy = light.bands[0].energy;
     CameraSettings camera;
     camera.position_m = {1.6, -6, 2};

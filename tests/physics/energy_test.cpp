@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "tests/support/agree.h"
+#include "tests/support/shapes_of_surfaces.h"
 #include "tests/support/worlds.h"
 
 using namespace obscura;
@@ -85,7 +86,7 @@ TEST_CASE("absorbed power is the same by roulette, by the map's fluence and by w
   const BatchMean by_roulette = of(energy.absorbed);
   const BatchMean by_escape = difference(energy.emitted, energy.escaped);
   // Emission is a source of photons, not of fluence: the map holds collisions of emitted light alone.
-  const BatchMean by_fluence = of(absorbed_by_fluence(world, light.maps[0]));
+  const BatchMean by_fluence = of(absorbed_by_fluence(world, light.maps[0].volume));
   INFO("roulette " << by_roulette.mean << " +- " << by_roulette.standard_error << ", escape " << by_escape.mean
                    << ", fluence " << by_fluence.mean << " +- " << by_fluence.standard_error);
   CHECK(agree(by_escape.mean, by_escape.standard_error, by_roulette.mean,
@@ -101,18 +102,22 @@ TEST_CASE("parts of the light that are switched off one by one add up to the who
   WorldContents contents = grey_contents(wish, 0.7);
   contents.sun = Sun{Vec3d(0.3, -0.5, 0.8).normalized(), {5}, 0.01};
   contents.sources.push_back({Vec3d(4, 1.6, 1.6), 0.3, {30}});
+  contents.materials = {grey_material(0.6, 0.3)};
+  contents.objects = {grey_object(parallelogram({-3, -3, -0.5}, {9, 0, 0}, {0, 9, 0}), 0, 4)};
   const World world(std::move(contents));
   TraceSettings trace;
   trace.photons = 100000;
   const Light light = trace_light(world, trace);
-  const Ray ray{{-2, 0.7, 2.9}, Vec3d(1, 0.1, -0.2).normalized(), 0, kInfinity};
+  // Through a thin part of the cloud to the floor.
+  const Ray ray{{-2, 0.7, 2.9}, Vec3d(1, 0.1, -0.7).normalized(), 0, kInfinity};
   RadianceSettings settings;
   const double whole = ray_radiance(world, light, ray, 200, settings).mean;
   double sum = 0;
   for (bool RadianceParts::*part : {&RadianceParts::background, &RadianceParts::emission, &RadianceParts::sun,
-                                    &RadianceParts::sky, &RadianceParts::spheres, &RadianceParts::map}) {
+                                    &RadianceParts::sky, &RadianceParts::surfaces, &RadianceParts::spheres,
+                                    &RadianceParts::map}) {
     RadianceSettings one = settings;
-    one.parts = {false, true, false, false, false, false, false};
+    one.parts = {false, true, false, false, false, false, false, false};
     one.parts.*part = true;
     const double value = ray_radiance(world, light, ray, 200, one).mean;
     CHECK(value > 0);
@@ -129,6 +134,8 @@ TEST_CASE("photons of sources that are switched off one by one add up to all pho
   contents.sources.push_back({Vec3d(4, 1.6, 1.6), 0.3, {30}});
   contents.particles.push_back({Vec3d(-1, 1.6, 1.6), 0.1, {30}});
   contents.beams.push_back({Vec3d(1.6, 1.6, -2), Vec3d(0, 0, 1), 0.2, {4}});
+  contents.materials = {grey_material(0.6, 0.3)};
+  contents.objects = {grey_object(parallelogram({-3, -3, -3}, {9, 0, 0}, {0, 9, 0}), 0, 4)};
   const World world(std::move(contents));
   const auto absorbed = [&](const SourceSelection& sources) {
     TraceSettings settings;
@@ -139,8 +146,9 @@ TEST_CASE("photons of sources that are switched off one by one add up to all pho
   const BatchMean whole = absorbed({});
   double sum = 0, error2 = 0;
   for (bool SourceSelection::*source : {&SourceSelection::emission, &SourceSelection::sun, &SourceSelection::sky,
-                                        &SourceSelection::spheres, &SourceSelection::particles, &SourceSelection::beams}) {
-    SourceSelection one{false, false, false, false, false, false};
+                                        &SourceSelection::spheres, &SourceSelection::particles, &SourceSelection::beams,
+                                        &SourceSelection::surfaces}) {
+    SourceSelection one{false, false, false, false, false, false, false};
     one.*source = true;
     const BatchMean part = absorbed(one);
     CHECK(part.mean > 0);

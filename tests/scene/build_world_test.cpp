@@ -119,11 +119,11 @@ TEST_CASE("sky, sun, hot spheres and beams arrive in the World", "[scene][world]
     "sources": [{"name": "flare", "position_m": [0, 0, 2], "radius_m": 0.1, "K": 2000}],
     "beams": [{"position_m": [0, 0, 5], "toward": [0, 0, -2], "power": 1}])")).world;
   CHECK(world.sky(0) == Approx(world.bands()[0].planck(250)));
-  REQUIRE(world.sun());
-  CHECK(world.sun()->toward.x == Approx(1));
-  CHECK(world.sun()->irradiance[0] == Approx(8));
-  REQUIRE(world.spheres().spheres().size() == 1);
-  CHECK(world.spheres().spheres()[0].radiance[0] == Approx(world.bands()[0].planck(2000)));
+  REQUIRE(world.suns().size() == 1);
+  CHECK(world.suns()[0].toward.x == Approx(1));
+  CHECK(world.suns()[0].irradiance[0] == Approx(8));
+  REQUIRE(world.spheres().size() == 1);
+  CHECK(world.spheres()[0].radiance[0] == Approx(world.bands()[0].planck(2000)));
   REQUIRE(world.beams().size() == 1);
   CHECK(world.beams()[0].direction.z == -1);
   CHECK(world.beams()[0].power[0] == Approx(4));

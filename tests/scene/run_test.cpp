@@ -103,8 +103,8 @@ TEST_CASE("scattering_depth cuts off, and the report says how much", "[scene][ru
 TEST_CASE("a session keeps World and photon maps when only the camera moves", "[scene][session]") {
   Session session(parse_scene(scene(), "."), 0);
   const Light* light = &session.light();
-  const std::size_t photons = light->maps[0].size();
-  const Photon* first = light->maps[0].photons().data();
+  const std::size_t photons = light->maps[0].volume.size();
+  const Photon* first = light->maps[0].volume.photons().data();
   const Film before = session.render().film;
 
   SensorDescription sensor = session.scene().sensor;
@@ -115,8 +115,8 @@ TEST_CASE("a session keeps World and photon maps when only the camera moves", "[
   session.render();
   session.look_from(original);
   const Film after = session.render().film;
-  CHECK(session.light().maps[0].photons().data() == first);
-  CHECK(session.light().maps[0].size() == photons);
+  CHECK(session.light().maps[0].volume.photons().data() == first);
+  CHECK(session.light().maps[0].volume.size() == photons);
   const auto a = before.values(0, Film::Value::radiance);
   const auto b = after.values(0, Film::Value::radiance);
   CHECK(std::equal(a.begin(), a.end(), b.begin()));

@@ -1,0 +1,111 @@
+#include "photon/face_lights.h"
+
+#include <algorithm>
+#include <map>
+
+#include "photon/sampling.h"
+#include "photon/world.h"
+
+namespace obscura {
+namespace {
+
+/// A face's black radiance: the mean of its corners' where temperature varies over it.
+double mean_black(const World& world, int interval, const FaceId& face) noexcept {
+  const Object& object = world.objects()[face.surface];
+  if (!object.mesh || object.mesh->vertex_K.empty()) return world.black_radiance(interval, face, 0, 0);
+  return (world.black_radiance(interval, face, 0, 0) + world.black_radiance(interval, face, 1, 0) +
+          world.black_radiance(interval, face, 0, 1)) / 3;
+}
+
+/// Flux that leaves one side of a face, W/m2.
+double exitance(const World& world, int interval, const FaceId& face) noexcept {
+  return kPi * world.material(interval, face).hemispherical_emissivity() * mean_black(world, interval, face);
+}
+
+}  // namespace
+
+FaceLights::FaceLights(const World& world, int interval) : interval_(interval) {
+  std::map<const Mesh*, std::shared_ptr<const std::vector<double>>> areas;
+  for (std::uint32_t o = 0; o < world.objects().size(); ++o) {
+    const Object& object = world.objects()[o];
+    const double sides = object.double_sided ? 2 : 1;
+    double power = 0;
+    Emitter emitter{o, nullptr};
+    if (!object.mesh) {
+      power = exitance(world, interval, {o, 0}) * world.surfaces().area({o, 0});
+    } else if (!object.mesh->faces.empty()) {
+      const Mesh& mesh = *object.mesh;
+      const bool alike = mesh.slots.empty() && mesh.vertex_K.empty() && mesh.face_K.empty();
+      std::shared_ptr<const std::vector<double>>* shared = alike ? &areas[&mesh] : nullptr;
+      if (alike && !(exitance(world, interval, {o, 0}) > 0)) continue;
+      if (shared && *shared) {
+        emitter.sums = *shared;
+      } else {
+        std::vector<double> sums;
+        sums.reserve(mesh.faces.size());
+        double sum = 0;
+        for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
+          const FaceId face{o, f};
+          sum += world.surfaces().area(face) * (alike ? 1.0 : exitance(world, interval, face));
+          sums.push_back(sum);
+        }
+        emitter.sums = std::make_shared<const std::vector<double>>(std::move(sums));
+        if (shared) *shared = emitter.sums;
+      }
+      if (alike) {
+        // Sums that another copy has made are in its scale.
+        double first = 0;
+        for (std::uint32_t f = 0; f < mesh.faces.size() && !(first > 0); ++f) {
+          const double here = world.surfaces().area({o, f});
+          if (here > 0) first = here / ((*emitter.sums)[f] - (f ? (*emitter.sums)[f - 1] : 0.0));
+        }
+        power = emitter.sums->back() * first * exitance(world, interval, {o, 0});
+      } else {
+        power = emitter.sums->back();
+      }
+    }
+    if (!(power > 0)) continue;
+    power_ += power * sides;
+    objects_.push_back(std::move(emitter));
+    cumulative_.push_back(power_);
+  }
+}
+
+FaceLights::Place FaceLights::sample(const World& world, double u, double v, double w) const noexcept {
+  const Emitter& emitter = objects_[choose(cumulative_, cumulative_.size(), u)];
+  const Object& object = world.objects()[emitter.object];
+  Place place;
+  place.id.surface = emitter.object;
+  const auto pick_side = [&] {
+    if (!object.double_sided) return;
+    u *= 2;
+    if (u >= 1) {
+      u -= 1;
+      place.normal = -place.normal;
+    }
+  };
+  if (!emitter.sums) {
+    place.normal = uniform_direction(v, w);
+    const double radius = std::sqrt(world.surfaces().area(place.id) / (4 * kPi));
+    place.position = transform_point(object.local_to_world, Vec3d(0)) + radius * place.normal;
+    place.u = place.v = 0;
+    pick_side();
+    return place;
+  }
+  place.id.face = static_cast<std::uint32_t>(choose(*emitter.sums, emitter.sums->size(), u));
+  // Uniform over the triangle (Turk, Graphics Gems, 1990).
+  const double root = std::sqrt(v);
+  place.u = root * (1 - w);
+  place.v = root * w;
+  const std::array<Vec3d, 3> p = world.surfaces().corners(place.id);
+  place.position = p[0] + place.u * (p[1] - p[0]) + place.v * (p[2] - p[0]);
+  place.normal = world.surfaces().normal(place.id, place.position);
+  pick_side();
+  return place;
+}
+
+double FaceLights::density(const World& world, const FaceId& face) const noexcept {
+  return power_ > 0 ? exitance(world, interval_, face) / power_ : 0.0;
+}
+
+}  // namespace obscura
