@@ -6,6 +6,7 @@
 
 #include "scene/build_world.h"
 #include "scene/scene_io.h"
+#include "tests/support/scratch_folder.h"
 
 using namespace obscura;
 
@@ -39,14 +40,6 @@ double depth_along(const World& world, const Vec3d& from, const Vec3d& direction
   world.optical_depths(interval, {&ray, 1}, {&depth, 1});
   return depth;
 }
-
-/// A folder of its own that is gone afterwards.
-struct Folder {
-  std::filesystem::path path =
-      std::filesystem::temp_directory_path() / ("obscura_build_world_" + std::to_string(std::rand()));
-  Folder() { std::filesystem::create_directories(path); }
-  ~Folder() { std::filesystem::remove_all(path); }
-};
 
 }  // namespace
 
@@ -91,26 +84,26 @@ TEST_CASE("spectral optics are taken where each interval is", "[scene][world]") 
 
 TEST_CASE("raw grids of one lattice share an octree, others get their own with the temperature sampled there",
           "[scene][world]") {
-  const Folder folder;
+  const obscura::test::ScratchFolder folder;
   const auto write = [&](const char* name, const std::vector<float>& values) {
-    std::ofstream(folder.path / name, std::ios::binary)
+    std::ofstream(folder / name, std::ios::binary)
         .write(reinterpret_cast<const char*>(values.data()), static_cast<std::streamsize>(4 * values.size()));
   };
   write("fine.f32", std::vector<float>(512, 1.0f));
   write("coarse.f32", std::vector<float>(64, 400.0f));
-  std::ofstream(folder.path / "cloud.json") << R"([
+  std::ofstream(folder / "cloud.json") << R"([
     {"raw": "fine.f32", "type": "float32", "resolution": [8, 8, 8], "order": "x-fastest", "voxel_m": [1, 1, 1],
      "origin_m": [0, 0, 0], "grid": "smoke"},
     {"raw": "coarse.f32", "type": "float32", "resolution": [4, 4, 4], "order": "x-fastest", "voxel_m": [2, 2, 2],
      "origin_m": [0, 0, 0], "grid": "heat"}])";
   const BuiltWorld built = build(scene_with(R"({"grid": {"file": "cloud.json"},
-      "media": [{"density": "smoke", "extinction": 1}], "temperature": {"grid": "heat"}})"), 0, folder.path);
+      "media": [{"density": "smoke", "extinction": 1}], "temperature": {"grid": "heat"}})"), 0, folder.path());
   REQUIRE(built.world.cloud_count() == 1);
   CHECK(built.world.clouds()[0].octree->channel_count() == 2);
   CHECK(built.world.at(0, Vec3d(4)).emission == Approx(built.world.bands()[0].planck(400)).epsilon(1e-3));
 
   CHECK_THROWS_WITH(build(scene_with(R"({"grid": {"file": "cloud.json"},
-      "media": [{"density": "dust", "extinction": 1}]})"), 0, folder.path), Catch::Contains("dust"));
+      "media": [{"density": "dust", "extinction": 1}]})"), 0, folder.path()), Catch::Contains("dust"));
 }
 
 TEST_CASE("sky, sun, hot spheres and beams arrive in the World", "[scene][world]") {

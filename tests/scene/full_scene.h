@@ -3,24 +3,18 @@
 
 #include <nlohmann/json.hpp>
 
-#include <filesystem>
-#include <fstream>
 #include <string>
 #include <vector>
 
-#include <unistd.h>
+#include "tests/support/scratch_folder.h"
 
 namespace obscura::test {
 
 using Json = nlohmann::ordered_json;
 
-/// A folder with the files that the scenes name; removed with the object.
-class SceneFolder {
- public:
-  explicit SceneFolder(const std::string& name)
-      : path_(std::filesystem::temp_directory_path() / ("obscura_" + name + "_" + std::to_string(getpid()))) {
-    std::filesystem::remove_all(path_);
-    std::filesystem::create_directory(path_);
+/// A folder with the files that the scenes name.
+struct SceneFolder : ScratchFolder {
+  explicit SceneFolder(const std::string& name) : ScratchFolder(name) {
     write("smoke.vdb", "not read here");
     write("table.csv", "um,value\n8,0.1\n12,0.2\n");
     write("phase.csv", "angle_deg,value\n0,0.0795775\n180,0.0795775\n");
@@ -30,13 +24,6 @@ class SceneFolder {
     write("cloud.f32", "not read here");
     write("raw.json", R"({"raw": "cloud.f32"})");
   }
-  ~SceneFolder() { std::filesystem::remove_all(path_); }
-
-  const std::filesystem::path& path() const { return path_; }
-  void write(const std::string& name, const std::string& text) const { std::ofstream(path_ / name) << text; }
-
- private:
-  std::filesystem::path path_;
 };
 
 inline Json parse(const char* text) { return Json::parse(text); }

@@ -3,14 +3,12 @@
 #include "scene/report.h"
 
 #include "octree/base/error.h"
+#include "tests/support/scratch_folder.h"
 
 #include <nlohmann/json.hpp>
 
-#include <filesystem>
 #include <fstream>
 #include <limits>
-
-#include <unistd.h>
 
 using namespace obscura;
 
@@ -77,13 +75,10 @@ TEST_CASE("the report keeps every digit and writes null for what is not finite",
 }
 
 TEST_CASE("the report is written whole or not at all", "[scene][report]") {
-  const auto folder = std::filesystem::temp_directory_path() / ("obscura_report_test_" + std::to_string(getpid()));
-  std::filesystem::remove_all(folder);
-  std::filesystem::create_directory(folder);
+  const obscura::test::ScratchFolder folder;
   write_report(folder / "r.json", example());
-  CHECK(std::distance(std::filesystem::directory_iterator(folder), {}) == 1);
+  CHECK(folder.file_count() == 1);
   std::ifstream stream(folder / "r.json");
   CHECK(nlohmann::json::parse(stream)["partial"] == true);
-  CHECK_THROWS_AS(write_report(folder / "absent" / "r.json", example()), ResourceError);
-  std::filesystem::remove_all(folder);
+  CHECK_THROWS_AS(write_report(folder / "absent/r.json", example()), ResourceError);
 }

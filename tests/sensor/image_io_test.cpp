@@ -1,8 +1,8 @@
 // Files: what is written is read again to the bit, failures are named and leave nothing behind.
 #include "sensor/image_io.h"
+#include "tests/support/scratch_folder.h"
 
 #include <catch2/catch.hpp>
-#include <unistd.h>
 
 #include <chrono>
 #include <cmath>
@@ -13,22 +13,10 @@
 #include <thread>
 
 using namespace obscura;
+using obscura::test::ScratchFolder;
 namespace fs = std::filesystem;
 
 namespace {
-
-// A folder of its own, gone at the end.
-struct Folder {
-  Folder() : path(fs::temp_directory_path() / ("obscura_image_io_" + std::to_string(::getpid()))) {
-    fs::create_directories(path);
-  }
-  ~Folder() { fs::remove_all(path); }
-  std::size_t files() const {
-    return static_cast<std::size_t>(
-        std::distance(fs::directory_iterator(path), fs::directory_iterator()));
-  }
-  fs::path path;
-};
 
 Image example() {
   constexpr float infinity = std::numeric_limits<float>::infinity();
@@ -66,11 +54,11 @@ void spoil(const fs::path& path, std::uintmax_t size) { fs::resize_file(path, si
 }  // namespace
 
 TEST_CASE("an image comes back from its file to the bit", "[sensor][image_io]") {
-  const Folder folder;
+  const ScratchFolder folder;
   const Image image = example();
-  write_image(folder.path / "a.exr", image);
-  CHECK(folder.files() == 1);  // no temporary file stays
-  const Image back = read_image(folder.path / "a.exr");
+  write_image(folder / "a.exr", image);
+  CHECK(folder.file_count() == 1);  // no temporary file stays
+  const Image back = read_image(folder / "a.exr");
   CHECK(back.columns() == 5);
   CHECK(back.rows() == 130);
   REQUIRE(back.channels().size() == image.channels().size());
@@ -88,12 +76,12 @@ TEST_CASE("an image comes back from its file to the bit", "[sensor][image_io]") 
 }
 
 TEST_CASE("the same image makes the same bytes at any time", "[sensor][image_io]") {
-  const Folder folder;
-  write_image(folder.path / "a.exr", example());
+  const ScratchFolder folder;
+  write_image(folder / "a.exr", example());
   std::this_thread::sleep_for(std::chrono::milliseconds(1100));
-  write_image(folder.path / "b.exr", example());
+  write_image(folder / "b.exr", example());
   const auto bytes = [&](const char* name) {
-    std::ifstream file(folder.path / name, std::ios::binary);
+    std::ifstream file(folder / name, std::ios::binary);
     return std::string(std::istreambuf_iterator<char>(file), {});
   };
   CHECK(bytes("a.exr") == bytes("b.exr"));
@@ -101,9 +89,9 @@ TEST_CASE("the same image makes the same bytes at any time", "[sensor][image_io]
 }
 
 TEST_CASE("the metadata comes back with the file", "[sensor][image_io]") {
-  const Folder folder;
-  write_image(folder.path / "a.exr", example());
-  const Metadata metadata = read_image(folder.path / "a.exr").metadata;
+  const ScratchFolder folder;
+  write_image(folder / "a.exr", example());
+  const Metadata metadata = read_image(folder / "a.exr").metadata;
   for (const auto& [key, value] : example().metadata) {
     INFO(key);
     REQUIRE(metadata.count(key) == 1);
@@ -112,7 +100,7 @@ TEST_CASE("the metadata comes back with the file", "[sensor][image_io]") {
 }
 
 TEST_CASE("a file that is no image is bad input, by name", "[sensor][image_io]") {
-  const Folder folder;
+  const ScratchFolder folder;
   const auto message = [&](const fs::path& path) -> std::string {
     try {
       read_image(path);
@@ -121,48 +109,48 @@ TEST_CASE("a file that is no image is bad input, by name", "[sensor][image_io]")
     }
     return "no error";
   };
-  CHECK(message(folder.path / "missing.exr").find("missing.exr: no such image") != std::string::npos);
-  std::ofstream(folder.path / "text.exr") << "this is a letter";
-  CHECK(message(folder.path / "text.exr").find("is not an image") != std::string::npos);
-  std::ofstream(folder.path / "empty.exr");
-  CHECK(message(folder.path / "empty.exr").find("is not an image") != std::string::npos);
-  CHECK(message(folder.path).find("no such image") != std::string::npos);
+  CHECK(message(folder / "missing.exr").find("missing.exr: no such image") != std::string::npos);
+  std::ofstream(folder / "text.exr") << "this is a letter";
+  CHECK(message(folder / "text.exr").find("is not an image") != std::string::npos);
+  std::ofstream(folder / "empty.exr");
+  CHECK(message(folder / "empty.exr").find("is not an image") != std::string::npos);
+  CHECK(message(folder.path()).find("no such image") != std::string::npos);
 
-  write_image(folder.path / "cut.exr", example());
-  const auto size = fs::file_size(folder.path / "cut.exr");
+  write_image(folder / "cut.exr", example());
+  const auto size = fs::file_size(folder / "cut.exr");
   for (const auto share : {size / 2, size - 20}) {
-    spoil(folder.path / "cut.exr", share);
-    CHECK(message(folder.path / "cut.exr").find("cut.exr") != std::string::npos);
+    spoil(folder / "cut.exr", share);
+    CHECK(message(folder / "cut.exr").find("cut.exr") != std::string::npos);
   }
 }
 
 TEST_CASE("what cannot be written is a failure of the world and loses nothing",
           "[sensor][image_io]") {
-  const Folder folder;
-  CHECK_THROWS_AS(write_image(folder.path / "no such folder" / "a.exr", example()), ResourceError);
-  fs::create_directories(folder.path / "taken.exr" / "inside");
-  CHECK_THROWS_AS(write_image(folder.path / "taken.exr", example()), ResourceError);
-  CHECK(folder.files() == 1);
+  const ScratchFolder folder;
+  CHECK_THROWS_AS(write_image(folder / "no such folder" / "a.exr", example()), ResourceError);
+  fs::create_directories(folder / "taken.exr" / "inside");
+  CHECK_THROWS_AS(write_image(folder / "taken.exr", example()), ResourceError);
+  CHECK(folder.file_count() == 1);
 
   // A disk that fills up leaves the old image whole.
-  std::ofstream(folder.path / "old.exr") << "old";
+  std::ofstream(folder / "old.exr") << "old";
   if (fs::exists("/dev/full")) {
     CHECK_THROWS_AS(write_image("/dev/full/a.exr", example()), ResourceError);
   }
-  CHECK(fs::file_size(folder.path / "old.exr") == 3);
-  write_image(folder.path / "old.exr", example());
-  CHECK(read_image(folder.path / "old.exr").columns() == 5);
+  CHECK(fs::file_size(folder / "old.exr") == 3);
+  write_image(folder / "old.exr", example());
+  CHECK(read_image(folder / "old.exr").columns() == 5);
 }
 
 TEST_CASE("a PNG holds the raster", "[sensor][image_io]") {
-  const Folder folder;
+  const ScratchFolder folder;
   Raster raster(3, 70);
   for (int i = 0; i < 210; ++i) {
     const auto shade = [i](int k) { return static_cast<std::uint8_t>(i * k); };
     raster.set(i % 3, i / 3, {shade(7), shade(11), shade(13)});
   }
-  write_png(folder.path / "a.png", raster);
-  const Image back = read_image(folder.path / "a.png");
+  write_png(folder / "a.png", raster);
+  const Image back = read_image(folder / "a.png");
   REQUIRE(back.columns() == 3);
   REQUIRE(back.rows() == 70);
   const char* names[] = {"R", "G", "B"};

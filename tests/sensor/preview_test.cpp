@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "sensor/image_io.h"
+#include "tests/support/scratch_folder.h"
 
 using namespace obscura;
 
@@ -121,7 +122,8 @@ TEST_CASE("a channel that is not there is bad input", "[sensor][preview]") {
 }
 
 TEST_CASE("previews are written as PNG", "[sensor][preview]") {
-  const auto path = std::filesystem::temp_directory_path() / "obscura_preview_test.png";
+  const obscura::test::ScratchFolder folder;
+  const auto path = folder / "sheet.png";
   write_preview_sheet(path, example(), "lwir");
   const Raster sheet = preview_sheet(example(), "lwir");
   const Image back = read_image(path);
@@ -129,5 +131,4 @@ TEST_CASE("previews are written as PNG", "[sensor][preview]") {
   CHECK(back.rows() == sheet.rows());
   write_preview(path, example(), "lwir.radiance", bare());
   CHECK(read_image(path).columns() == 20);
-  std::filesystem::remove(path);
 }

@@ -12,10 +12,11 @@ namespace obscura::test {
 
 class ScratchFolder {
  public:
-  ScratchFolder() {
+  /// @param name  of the test, to be found by while it runs
+  explicit ScratchFolder(const std::string& name = "test") {
     static std::atomic<int> count{0};
     path_ = std::filesystem::temp_directory_path() /
-            ("obscura_test_" + std::to_string(getpid()) + "_" + std::to_string(count++));
+            ("obscura_" + name + "_" + std::to_string(getpid()) + "_" + std::to_string(count++));
     std::filesystem::create_directories(path_);
   }
   ~ScratchFolder() {
@@ -25,6 +26,7 @@ class ScratchFolder {
   ScratchFolder(const ScratchFolder&) = delete;
   ScratchFolder& operator=(const ScratchFolder&) = delete;
 
+  const std::filesystem::path& path() const { return path_; }
   std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
 
   /// Writes bytes to a file and returns its path.
@@ -32,6 +34,12 @@ class ScratchFolder {
     const auto path = path_ / name;
     std::ofstream(path, std::ios::binary) << bytes;
     return path;
+  }
+
+  bool has(const std::string& name) const { return std::filesystem::exists(path_ / name); }
+  std::size_t file_count() const {
+    using Iterator = std::filesystem::directory_iterator;
+    return static_cast<std::size_t>(std::distance(Iterator(path_), Iterator()));
   }
 
  private:
