@@ -21,9 +21,6 @@ target_compile_options(obscura_settings INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wold-style-cast -Wcast-qual -Wunused
   # The same bits on every machine: no contraction that one target has and another lacks.
   -ffp-contract=off)
-if(OBSCURA_WARNINGS_AS_ERRORS)
-  target_compile_options(obscura_settings INTERFACE -Werror)
-endif()
 if(OBSCURA_SANITIZE)
   # A finding of the undefined sanitizer ends the program too, so that no test passes over it.
   add_compile_options(-fsanitize=${OBSCURA_SANITIZE} -fno-sanitize-recover=all
