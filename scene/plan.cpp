@@ -1,7 +1,15 @@
 #include "scene/plan.h"
 
+#include <algorithm>
+
+#include "scene/per_interval.h"
+
 namespace obscura {
 namespace {
+
+bool positive(const std::vector<double>& values) {
+  return std::any_of(values.begin(), values.end(), [](double value) { return value > 0; });
+}
 
 CameraSettings camera_of(const SensorDescription& sensor) {
   CameraSettings camera;
@@ -15,8 +23,25 @@ CameraSettings camera_of(const SensorDescription& sensor) {
   return camera;
 }
 
+/// Whether any surface has a share of reflectance that is mirror-like, in any interval.
+bool has_mirror(const Description& scene, const std::vector<Band>& bands) {
+  const auto mirrors = [&](const std::string& name) {
+    if (name.empty()) return false;
+    const MaterialDescription& material = scene.materials.at(name);
+    if (!(material.specular > 0)) return false;
+    if (!material.angle_factor.empty()) return true;
+    const std::vector<double> emissivity = detail::optical(bands, material.emissivity);
+    return *std::min_element(emissivity.begin(), emissivity.end()) < 1;
+  };
+  return std::any_of(scene.objects.begin(), scene.objects.end(), [&](const ObjectDescription& object) {
+    return mirrors(object.material) || std::any_of(object.groups.begin(), object.groups.end(), [&](const auto& group) {
+             return group.second.material && mirrors(*group.second.material);
+           });
+  });
+}
+
 std::vector<PlanRow> effects_of(const Description& scene, const World& world) {
-  bool absorbs = false, emits = false, scatters = false, sky = false, sun = false;
+  bool absorbs = false, emits = false, scatters = false, sky = false;
   for (int i = 0; i < world.interval_count(); ++i) {
     for (int c = 0; c < world.cloud_count(); ++c) {
       for (const CloudOptics::Part& part : world.optics(c, i).parts()) {
@@ -26,10 +51,13 @@ std::vector<PlanRow> effects_of(const Description& scene, const World& world) {
     emits = emits || world.emits(i);
     scatters = scatters || world.scatters(i);
     sky = sky || world.sky(i) > 0;
-    for (const Sun& disc : world.suns()) sun = sun || disc.irradiance[static_cast<std::size_t>(i)] > 0;
   }
   const int depth = scene.sensor.scattering_depth.value_or(1 << 30);
-  const bool masks = !world.spheres().empty();
+  const bool sun = scene.sun && positive(detail::integrated(world.bands(), scene.sun->irradiance));
+  const bool moon = scene.moon && positive(detail::integrated(world.bands(), scene.moon->irradiance));
+  const bool surfaces = !scene.objects.empty();
+  const bool mirrors = surfaces && has_mirror(scene, world.bands());
+  const bool spheres = !world.spheres().empty();
   bool sampled = false;
   for (const Band& band : world.bands()) sampled = sampled || band.interval_count() > 1;
 
@@ -43,14 +71,21 @@ std::vector<PlanRow> effects_of(const Description& scene, const World& world) {
       scatters ? "scattering_depth is 0" : "no cloud scatters");
   row("multiple scattering", scatters && depth >= 1, "a cloud scatters: the photon map holds what has scattered before",
       scatters ? "scattering_depth is 0" : "no cloud scatters");
-  row("surfaces", false, "", "the scene has no objects");
-  row("specular", false, "", "the scene has no objects");
-  row("sun", sun, "the scene has a sun", "the scene has no sun");
+  row("surfaces", surfaces, "the scene has objects", "the scene has no objects");
+  row("specular", mirrors && scene.sensor.specular_depth > 0, "a material is mirror-like",
+      !surfaces ? "the scene has no objects" : mirrors ? "specular_depth is 0" : "no object's material is mirror-like");
+  row("sun", sun || moon, sun && moon ? "the scene has a sun and a moon" : sun ? "the scene has a sun" : "the scene has a moon",
+      "the scene has no sun and no moon");
   row("sky", sky, "the sky is bright", "the sky is dark");
-  row("atmosphere", false, "", "the scene has no atmosphere");
+  row("atmosphere", world.atmosphere().has_value(), "the air absorbs",
+      scene.atmosphere ? "the air's extinction is 0" : "the scene has no atmosphere");
   row("time", false, "", "nothing in the scene changes with time");
   row("spectral sampling", sampled, "a band has several intervals", "every band is one interval");
-  row("masking", masks, "hot spheres hide what is behind them", "nothing opaque is in the scene");
+  row("masking", surfaces || spheres,
+      surfaces && spheres ? "objects and hot spheres hide what is behind them"
+      : surfaces          ? "objects hide what is behind them"
+                          : "hot spheres hide what is behind them",
+      "nothing opaque is in the scene");
   return rows;
 }
 
@@ -71,6 +106,7 @@ Plan make_plan(const Description& scene, const World& world) {
 
   plan.radiance.gather.nearest = scene.render.nearest;
   plan.radiance.gather.kernel = scene.render.kernel;
+  plan.radiance.specular_depth = scene.sensor.specular_depth;
   plan.radiance.scattering_depth = scene.sensor.scattering_depth;
   plan.radiance.seed = scene.render.seed;
   return plan;

@@ -122,6 +122,39 @@ TEST_CASE("sky, sun, hot spheres and beams arrive in the World", "[scene][world]
   CHECK(world.beams()[0].power[0] == Approx(4));
 }
 
+TEST_CASE("objects, moon and air arrive in the World", "[scene][world]") {
+  const World world = build(scene_with_box("", R"(,
+    "objects": [{"name": "ball", "shape": "sphere", "radius_m": 2, "K": 300}, {"shape": "box", "size_m": [1, 1, 1]}],
+    "environment": {"sun": {"toward": [1, 0, 0], "irradiance": 2}, "moon": {"toward": [0, 1, 0], "irradiance": 0.5},
+                    "atmosphere": {"extinction_per_m": 0.01, "K": 280}})")).world;
+  REQUIRE(world.suns().size() == 2);
+  CHECK(world.suns()[0].irradiance[0] == Approx(8));
+  CHECK(world.suns()[1].toward == Vec3d(0, 1, 0));
+  CHECK(world.suns()[1].irradiance[0] == Approx(2));
+  REQUIRE(world.atmosphere());
+  CHECK(world.atmosphere()->extinction[0] == 0.01);
+  CHECK(world.atmosphere()->radiance[0] == Approx(world.bands()[0].planck(280)));
+  CHECK(world.bounds().max.z == Approx(2));
+}
+
+TEST_CASE("air has 288 K unless its temperature or radiance is given, and is none where it is clear", "[scene][world]") {
+  const auto air = [](const std::string& keys, const std::string& bands) {
+    std::string text = R"({"obscura": 1, "bands": [)";
+    text += bands;
+    text += R"(], "sensor": {"position_m": [0, -10, 0], "look_at_m": [0, 0, 0]}, "environment": {"atmosphere": {)";
+    text += keys;
+    text += "}}}";
+    return build(text).world;
+  };
+  const std::string lwir = R"({"name": "lwir", "um": [8, 12]})", both = lwir + R"(, {"name": "grey"})";
+  const World by_default = air(R"("extinction_per_m": 0.1)", both);
+  const double warm = by_default.bands()[0].planck(288);
+  CHECK(by_default.atmosphere()->radiance == std::vector<double>{warm, 0});
+  CHECK(air(R"("extinction_per_m": 0.1, "radiance": 3)", both).atmosphere()->radiance == std::vector<double>{12, 3});
+  CHECK(air(R"("extinction_per_m": 0.1, "radiance": 3, "K": 288)", both).atmosphere()->radiance == std::vector<double>{warm, 3});
+  CHECK_FALSE(air(R"("extinction_per_m": 0, "K": 300)", lwir).atmosphere());
+}
+
 TEST_CASE("a periodic cloud repeats after n dx where no period is given", "[scene][world]") {
   const World world = build(scene_with_box(R"(, "periodic": ["x"])")).world;
   CHECK(world.period()[0].x == Approx(2));
