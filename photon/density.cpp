@@ -78,7 +78,7 @@ std::span<const BallPoint, kRoundPoints> ball_points(Kernel kernel) noexcept {
   return tables[static_cast<std::size_t>(kernel)];
 }
 
-Rotation rotation_at(const Vec3d& x, int round) noexcept {
+Rotation rotation_at(const Vec3d& key, int round) noexcept {
   auto state = static_cast<std::uint64_t>(round);
   const auto next = [&state](std::uint64_t salt) {  // SplitMix64 of Steele et al., OOPSLA 2014
     state += salt + 0x9E3779B97F4A7C15u;
@@ -88,7 +88,7 @@ Rotation rotation_at(const Vec3d& x, int round) noexcept {
     state = z ^ z >> 31;
     return static_cast<double>(state >> 11) * 0x1p-53;
   };
-  for (int axis = 0; axis < 3; ++axis) next(std::bit_cast<std::uint64_t>(x[axis]));
+  for (int axis = 0; axis < 3; ++axis) next(std::bit_cast<std::uint64_t>(key[axis]));
 
   // A uniform unit quaternion: Shoemake, "Uniform random rotations" (Graphics Gems III, 1992).
   const double u = next(1), v = 2 * kPi * next(2), w = 2 * kPi * next(3);

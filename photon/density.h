@@ -33,6 +33,7 @@ struct Estimate {
 /// What a ball can see of itself where nothing stands in it.
 struct Unobstructed {
   bool obstructed(const Vec3d&, double) const noexcept { return false; }
+  Vec3d key(const Vec3d& x) const noexcept { return x; }
   bool sees(const Vec3d&, const Vec3d&) const noexcept { return true; }
 };
 
@@ -51,8 +52,8 @@ std::span<const BallPoint, kRoundPoints> ball_points(Kernel kernel) noexcept;
 struct Rotation {
   Vec3d x, y, z;  // images of the axes
 };
-/// Uniform over all rotations, the same for the same point and round.
-Rotation rotation_at(const Vec3d& x, int round) noexcept;
+/// Uniform over all rotations, the same for the same key and round.
+Rotation rotation_at(const Vec3d& key, int round) noexcept;
 
 /// Moments of the extinction in a ball under its kernel; lengths in units of the ball's radius.
 struct BallMoments {
@@ -129,7 +130,7 @@ Estimate estimate_in_ball(const PhotonMap& map, const Vec3d& x, const Extinction
   const int enough = std::clamp(settings.rounds, 2, detail::kMostRounds);
   for (int until = 2;; until = std::min(2 * until, detail::kMostRounds)) {
     for (; rounds < until; ++rounds) {
-      const detail::Rotation turn = detail::rotation_at(x, rounds);
+      const detail::Rotation turn = detail::rotation_at(sight.key(x), rounds);
       for (const detail::BallPoint& point : points) {
         const Vec3d d = point.x * turn.x + point.y * turn.y + point.z * turn.z;
         const Vec3d y = x + radius * d;
@@ -216,7 +217,8 @@ Estimate estimate_in_ball(const PhotonMap& map, const Vec3d& x, const Extinction
 /// a ball that holds the whole cloud the mean is still right. Photons at one place only, or a single one,
 /// have no density: value 0.
 /// @param sight       obstructed(x, radius): whether a surface stands in the ball; only then it is asked
-///                    sees(x, y). Photons and medium that x does not see are left out.
+///                    sees(x, y). Photons and medium that x does not see are left out. key(x) names the
+///                    cubature's random rotation.
 /// In a wisp so far from all else that the ball only just reaches what holds the photons, the cubature
 /// cannot resolve the denominator: the light there is taken to be that at the nearest photon.
 template <class Extinction, class Weight, class Sight = Unobstructed>

@@ -65,6 +65,23 @@ struct Shadow {
   double air_weight = 0;  ///< what the air's own light along the ray counts there
 };
 
+/// Where on the discs of sun and moon a ray looks. Rays of consecutive numbers look at opposite places, so
+/// that what varies evenly over a disc cancels.
+class DiscPlaces {
+ public:
+  DiscPlaces(std::uint64_t seed, std::uint64_t history, std::uint32_t purpose) noexcept
+      : stream_(seed, history >> 1, purpose), opposite_(history & 1) {}
+  Vec3d toward(const Sun& sun) noexcept {
+    const double u = stream_.uniform();
+    const double v = stream_.uniform() + (opposite_ ? 0.5 : 0.0);
+    return cone_direction(sun.toward, std::sin(0.5 * sun.diameter), u, v).first;
+  }
+
+ private:
+  Stream stream_;
+  bool opposite_;
+};
+
 /// Shadow rays of many points, to be attenuated together.
 class DirectLight {
  public:
@@ -75,9 +92,11 @@ class DirectLight {
   /// Asks all sources once for the light at a point.
   /// @param weight what the scattered radiance counts at the camera ray
   template <class Scatterer>
-  void add(std::uint32_t owner, double weight, const Scatterer& at, Stream& stream) {
+  void add(std::uint32_t owner, double weight, const Scatterer& at, Stream& stream, DiscPlaces discs) {
     const double t_min = at.from().exists() ? world_.surfaces().clearance() : 0.0;
-    if (suns_) add_suns(owner, weight, at.position(), at.from(), stream, [&](const Vec3d& w) { return at.value(w); });
+    if (suns_) {
+      add_suns(owner, weight, at.position(), at.from(), stream, discs, [&](const Vec3d& w) { return at.value(w); });
+    }
     if (ambient_ || faces_) {
       // Where the scatterer would have it from: the sky, or what a surface emits there.
       const Vec3d toward = at.sample(stream);
@@ -100,8 +119,7 @@ class DirectLight {
       const double value = cosine > 0 && place.id != at.from() ? at.value(toward) : 0.0;
       if (value > 0) {
         const double density = lights.density(world_, place.id) * distance * distance / cosine;
-        const double emission = world_.black_radiance(interval_, place.id, place.u, place.v) *
-                                world_.material(interval_, place.id).emissivity(cosine);
+        const double emission = lights.emission(world_, place, cosine);
         const Ray ray{at.position(), toward, t_min, distance * (1 - 1e-10) - world_.surfaces().clearance()};
         if (ray.t_max > t_min && !world_.blocked(ray, at.from(), stream)) {
           shoot(owner, weight * value * emission / (density + at.density(toward, value)) * air(distance), ray);
@@ -120,8 +138,8 @@ class DirectLight {
       Ray ray{at.position(), toward, t_min, kInfinity};
       const SurfaceHit hit = world_.meet(ray, at.from(), stream);
       // At the very limb rounding may miss it: the ray then ends where the limb is.
-      if (hit.exists() ? hit.id.surface != world_.objects().size() + s : world_.blocked({ray.origin, toward, t_min, distance}, at.from(), stream)) continue;
-      ray.t_max = hit.exists() ? hit.t : distance;
+      if (hit.exists() && hit.id.surface != world_.objects().size() + s && hit.t < distance) continue;
+      ray.t_max = std::min(hit.t, distance);
       shoot(owner, weight * radiance * air(ray.t_max), ray);
     }
   }
@@ -130,11 +148,10 @@ class DirectLight {
   /// @param value callable: where the light comes from -> 1/sr
   template <class Value>
   void add_suns(std::uint32_t owner, double weight, const Vec3d& position, FaceId from, Stream& stream,
-                Value&& value) {
+                DiscPlaces discs, Value&& value) {
     const double t_min = from.exists() ? world_.surfaces().clearance() : 0.0;
     for (const Sun& sun : world_.suns()) {
-      const double u = stream.uniform();
-      const Vec3d toward = cone_direction(sun.toward, std::sin(0.5 * sun.diameter), u, stream.uniform()).first;
+      const Vec3d toward = discs.toward(sun);
       const double radiance = value(toward) * sun.irradiance[static_cast<std::size_t>(interval_)];
       const Ray ray{position, toward, t_min, kInfinity};
       if (radiance > 0 && !world_.blocked(ray, from, stream)) shoot(owner, weight * radiance, ray);

@@ -294,8 +294,7 @@ EmittedPhoton PhotonEmitter::from_faces(double u, const std::array<double, 8>& v
   photon.in_direct_set = true;
   photon.from = place.id;
   // The face was chosen by its mean radiance over all angles; here and there it differs.
-  const double radiance = world_->black_radiance(interval_, place.id, place.u, place.v) *
-                          world_->material(interval_, place.id).emissivity(place.normal.dot(photon.direction));
+  const double radiance = lights.emission(*world_, place, place.normal.dot(photon.direction));
   photon.power = kPi * radiance / lights.density(*world_, place.id);
   return photon;
 }

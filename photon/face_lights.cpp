@@ -19,7 +19,8 @@ double mean_black(const World& world, int interval, const FaceId& face) noexcept
 
 /// Flux that leaves one side of a face, W/m2.
 double exitance(const World& world, int interval, const FaceId& face) noexcept {
-  return kPi * world.material(interval, face).hemispherical_emissivity() * mean_black(world, interval, face);
+  const MaterialOptics& material = world.material(interval, face);
+  return kPi * material.hemispherical_emissivity() * (1 - material.permeable()) * mean_black(world, interval, face);
 }
 
 }  // namespace
@@ -69,6 +70,12 @@ FaceLights::FaceLights(const World& world, int interval) : interval_(interval) {
     objects_.push_back(std::move(emitter));
     cumulative_.push_back(power_);
   }
+}
+
+double FaceLights::emission(const World& world, const Place& place, double cosine) const noexcept {
+  const MaterialOptics& material = world.material(interval_, place.id);
+  return world.black_radiance(interval_, place.id, place.u, place.v) * material.emissivity(cosine) *
+         (1 - material.permeable());
 }
 
 FaceLights::Place FaceLights::sample(const World& world, double u, double v, double w) const noexcept {

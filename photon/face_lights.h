@@ -29,6 +29,9 @@ class FaceLights {
   /// @param u, v, w uniform numbers
   Place sample(const World& world, double u, double v, double w) const noexcept;
 
+  /// Radiance that leaves the place at an angle to its normal, W/m2/sr; of a net, over its whole area.
+  double emission(const World& world, const Place& place, double cosine) const noexcept;
+
   /// Probability per m2 of one side of a face with which sample() chooses it. 0 for what does not emit.
   double density(const World& world, const FaceId& face) const noexcept;
 

@@ -44,9 +44,13 @@ struct ScatteringPoint {
   double weight;  // what radiance scattered there counts at the sensor
 };
 
-/// The surroundings of a point of the map's frame, which end at surfaces.
+/// The surroundings of a point of the map's frame, which end at surfaces. The cubature turns with the ray,
+/// not with the place: what rounding does to a place then shows nowhere.
 struct Sight {
   const World& world;
+  Vec3d ray_key;
+
+  Vec3d key(const Vec3d&) const noexcept { return ray_key; }
 
   bool obstructed(const Vec3d& x, double radius) const noexcept {
     return !world.surfaces().empty() && world.surfaces().near(transform_point(world.map_to_world(), x), radius);
@@ -187,7 +191,8 @@ class Pass {
     for (const ScatteringPoint& point : points_) {
       const Leg& leg = legs_[point.leg];
       Stream stream = stream_of(leg, 1 + point.number);
-      direct_.add(leg.owner, point.weight, CloudScatterer(world_, interval_, leg.ray, point.t), stream);
+      direct_.add(leg.owner, point.weight, CloudScatterer(world_, interval_, leg.ray, point.t), stream,
+                  discs_of(leg, 1 + point.number));
     }
   }
 
@@ -209,7 +214,7 @@ class Pass {
           estimate(maps_->volume, transform_point(world_.world_to_map(), x),
                    [&](const Vec3d& y) noexcept { return world_.extinction_in_map(interval_, y); },
                    [&](const Vec3d& travel) noexcept { return scattering.phase(travel.dot(outward)); },
-                   settings_.gather, Sight{world_}));
+                   settings_.gather, Sight{world_, key_of(leg)}));
     }
   }
 
@@ -226,8 +231,7 @@ class Pass {
       const double specular = bounce_ < settings_.specular_depth ? material.specular() : 0.0;
       if (specular < 1) {
         const double share = weight * (1 - specular);
-        const SurfaceScatterer scatterer(at);
-        if (!direct_.empty()) direct_.add(leg.owner, share, scatterer, stream);
+        if (!direct_.empty()) direct_.add(leg.owner, share, SurfaceScatterer(at), stream, discs_of(leg, kReflectStep));
         if (settings_.parts.map && maps_ && maps_->surface.size() > 0) {
           add(leg.owner, share,
               surface_estimate(world_, interval_, maps_->surface, at,
@@ -235,7 +239,7 @@ class Pass {
                                  const double cosine = -travel.dot(at.normal);
                                  return cosine > 0 ? material.diffuse(cosine, at.cosine) : 0.0;
                                },
-                               settings_.gather));
+                               settings_.gather, key_of(leg)));
         }
       }
       const double share = weight * specular * material.reflectance(at.cosine);
@@ -246,7 +250,7 @@ class Pass {
                           settings_.parts.sun_disc && exact, {}});
       if (material.roughness() > 0 && direct_.suns()) {
         // A rough mirror would find the small discs too rarely.
-        direct_.add_suns(leg.owner, share, at.position, at.id, stream, [&](const Vec3d& w) {
+        direct_.add_suns(leg.owner, share, at.position, at.id, stream, discs_of(leg, kReflectStep), [&](const Vec3d& w) {
           return rough_mirror(leg.ray.direction, at.normal, material.roughness(), w) * w.dot(at.normal);
         });
       }
@@ -276,8 +280,16 @@ class Pass {
   double air(double distance) const noexcept { return air_ > 0 ? std::exp(-air_ * distance) : 1.0; }
 
   Stream stream_of(const Leg& leg, int step) const noexcept {
-    return {settings_.seed, histories_[leg.owner],
-            purpose_id(Purpose::radiance, interval_) + 0x10000u * static_cast<std::uint32_t>(bounce_ * kSteps + step)};
+    return {settings_.seed, histories_[leg.owner], purpose_of(Purpose::radiance, step)};
+  }
+  detail::DiscPlaces discs_of(const Leg& leg, int step) const noexcept {
+    return {settings_.seed, histories_[leg.owner], purpose_of(Purpose::disc, step)};
+  }
+  Vec3d key_of(const Leg& leg) const noexcept {
+    return {static_cast<double>(histories_[leg.owner]), static_cast<double>(settings_.seed), static_cast<double>(bounce_)};
+  }
+  std::uint32_t purpose_of(Purpose purpose, int step) const noexcept {
+    return purpose_id(purpose, interval_) + 0x10000u * static_cast<std::uint32_t>(bounce_ * kSteps + step);
   }
 
   const World& world_;

@@ -74,8 +74,9 @@ bool in_sight(const World& world, const SurfacePoint& at, const Vec3d& place, co
   return !(distance > 0) || !world.surfaces().occluded({from, way / distance, 0, distance});
 }
 
-DiscCover disc_cover(const World& world, int interval, const SurfacePoint& at, double radius, Kernel kernel) noexcept {
-  const Rotation turn = rotation_at(at.position, 0);
+DiscCover disc_cover(const World& world, int interval, const SurfacePoint& at, double radius, Kernel kernel,
+                     const Vec3d& key) noexcept {
+  const Rotation turn = rotation_at(key, 0);
   const double angle = std::atan2(turn.x.y, turn.x.x);
   const auto [a, b] = orthonormal_basis(at.normal);
   const Vec3d side_u = radius * (std::cos(angle) * a + std::sin(angle) * b);

@@ -23,7 +23,8 @@ struct DiscCover {
   double inner = 0;  ///< under that of radius / sqrt 2
   bool seen = true;  ///< every place that was asked for is there and in sight
 };
-DiscCover disc_cover(const World& world, int interval, const SurfacePoint& at, double radius, Kernel kernel) noexcept;
+DiscCover disc_cover(const World& world, int interval, const SurfacePoint& at, double radius, Kernel kernel,
+                     const Vec3d& key) noexcept;
 
 /// Whether a place near a surface point, on a side with this normal, belongs to the same side.
 bool same_side(const World& world, const SurfacePoint& at, double radius, const Vec3d& place,
@@ -37,9 +38,10 @@ bool in_sight(const World& world, const SurfacePoint& at, const Vec3d& place, co
 /// (1/sr) of the photons' directions the reflected radiance (W/m2/sr).
 /// @param map    of light at surfaces; not periodic
 /// @param weight double(const Vec3d& direction): what light that travels there counts
+/// @param key    names the random turn of the rays that measure the surface
 template <class Weight>
 Estimate surface_estimate(const World& world, int interval, const PhotonMap& map, const SurfacePoint& at,
-                          const Weight& weight, const GatherSettings& settings) noexcept {
+                          const Weight& weight, const GatherSettings& settings, const Vec3d& key) noexcept {
   Estimate result;
   // The disc, as in the volume: the k-th neighbour gives the radius and is not counted.
   const Vec3d x = transform_point(world.world_to_map(), at.position);
@@ -57,7 +59,7 @@ Estimate surface_estimate(const World& world, int interval, const PhotonMap& map
   const double radius = result.radius = std::sqrt(rim);
   if (!(radius > 0) || (!cut && nearest.all_equal())) return result;
 
-  const detail::DiscCover cover = detail::disc_cover(world, interval, at, radius, settings.kernel);
+  const detail::DiscCover cover = detail::disc_cover(world, interval, at, radius, settings.kernel, key);
   double inner_sum = 0;
   for (int i = 0; i < nearest.count(); ++i) {
     const double distance2 = nearest.distance2(i);

@@ -256,7 +256,8 @@ Surfaces::Surfaces(std::span<const Object> objects, std::span<const HotSphere> s
   }
   scene->pad = 1e-6 * farthest;
   scene->tie = 1e-12 * farthest;
-  clearance_ = 1e-11 * farthest;
+  // Positions on surfaces are rounded in the scene's size and, far from the world's origin, in the distance.
+  clearance_ = 1e-11 * farthest + 16 * std::numeric_limits<double>::epsilon() * origin.length();
 
   // Small scenes are built faster than threads are started.
   scene->device = rtcNewDevice(faces < 100000 ? "threads=1" : nullptr);

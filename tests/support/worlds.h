@@ -76,10 +76,10 @@ struct RayRadiance {
 };
 
 inline RayRadiance ray_radiance(const World& world, const Light& light, const Ray& ray, int count,
-                                const RadianceSettings& settings = {}) {
+                                const RadianceSettings& settings = {}, std::uint64_t first_history = 0) {
   std::vector<Ray> rays(static_cast<std::size_t>(count), ray);
   std::vector<std::uint64_t> histories;
-  for (int i = 0; i < count; ++i) histories.push_back(static_cast<std::uint64_t>(i));
+  for (int i = 0; i < count; ++i) histories.push_back(first_history + static_cast<std::uint64_t>(i));
   std::vector<Incoming> incoming(rays.size());
   incoming_radiance(world, 0, light.maps.empty() ? nullptr : &light.maps[0], settings, rays, histories, incoming);
   RayRadiance result;
