@@ -61,7 +61,7 @@ std::span<const DiscPoint, kRoundPoints> disc_points(Kernel kernel) noexcept {
   return tables[static_cast<std::size_t>(kernel)];
 }
 
-bool same_side(const World&, const SurfacePoint& at, double radius, const Vec3d& place, const Vec3d& normal) noexcept {
+bool same_side(const SurfacePoint& at, double radius, const Vec3d& place, const Vec3d& normal) noexcept {
   return normal.dot(at.normal) >= kAlike && std::abs((place - at.position).dot(at.normal)) <= kThin * radius;
 }
 
@@ -92,19 +92,16 @@ DiscCover disc_cover(const World& world, int interval, const SurfacePoint& at, d
     const Vec3d above = at.position + point.x * side_u + point.y * side_v + kThin * radius * at.normal;
     const Ray ray{above, -at.normal, 0, 2 * kThin * radius};
     const SurfaceHit hit = world.surfaces().intersect(ray);
-    bool here = hit.exists();
-    if (here) {
-      const SurfacePoint there = world.surface_at(interval, ray, hit);
-      here = there.reflects() && same_side(world, at, radius, there.position, there.normal) &&
-             in_sight(world, at, there.position, there.normal);
-      if (here) {
-        const double u = (there.position - at.position).length2() / (radius * radius);
-        const double stretch = 1 / (there.cosine * density);
-        cover.whole += stretch * disc_kernel(kernel, u) / kRoundPoints;
-        if (2 * u < 1) cover.inner += 2 * stretch * disc_kernel(kernel, 2 * u);
-      }
+    if (!hit.exists()) continue;
+    const SurfacePoint there = world.surface_at(interval, ray, hit);
+    if (!there.reflects() || !same_side(at, radius, there.position, there.normal) ||
+        !in_sight(world, at, there.position, there.normal)) {
+      continue;
     }
-    cover.seen = cover.seen && here;
+    const double u = (there.position - at.position).length2() / (radius * radius);
+    const double stretch = 1 / (there.cosine * density);
+    cover.whole += stretch * disc_kernel(kernel, u) / kRoundPoints;
+    if (2 * u < 1) cover.inner += 2 * stretch * disc_kernel(kernel, 2 * u);
   }
   cover.whole = std::max(cover.whole, kLeastCover);
   cover.inner = std::max(cover.inner / inner_weight, kLeastCover);

@@ -21,14 +21,12 @@ std::span<const DiscPoint, kRoundPoints> disc_points(Kernel kernel) noexcept;
 struct DiscCover {
   double whole = 0;  ///< under the kernel of the disc's radius
   double inner = 0;  ///< under that of radius / sqrt 2
-  bool seen = true;  ///< every place that was asked for is there and in sight
 };
 DiscCover disc_cover(const World& world, int interval, const SurfacePoint& at, double radius, Kernel kernel,
                      const Vec3d& key) noexcept;
 
 /// Whether a place near a surface point, on a side with this normal, belongs to the same side.
-bool same_side(const World& world, const SurfacePoint& at, double radius, const Vec3d& place,
-               const Vec3d& normal) noexcept;
+bool same_side(const SurfacePoint& at, double radius, const Vec3d& place, const Vec3d& normal) noexcept;
 /// Whether nothing stands between two places on a surface.
 bool in_sight(const World& world, const SurfacePoint& at, const Vec3d& place, const Vec3d& normal) noexcept;
 
@@ -67,8 +65,8 @@ Estimate surface_estimate(const World& world, int interval, const PhotonMap& map
     const Photon& photon = map.photon(nearest.index(i));
     const Vec3d place = transform_point(world.map_to_world(), x + Vec3d(map.offset(local, nearest.index(i))));
     const Vec3d normal = decode_normal(photon.collisions);
-    if (!detail::same_side(world, at, radius, place, normal)) continue;
-    if (!cover.seen && !detail::in_sight(world, at, place, normal)) continue;
+    if (!detail::same_side(at, radius, place, normal)) continue;
+    if (!detail::in_sight(world, at, place, normal)) continue;
     ++result.photons;
     const double u = distance2 / rim;
     const double light = photon.power * weight(decode_direction(photon.direction));

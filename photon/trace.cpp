@@ -228,7 +228,13 @@ class Chunk {
       return;
     }
     Photon photon;
-    photon.position = Vec3f(transform_point(world_.world_to_map(), history.position));
+    Vec3d position = transform_point(world_.world_to_map(), history.position);
+    if (!world_.surfaces().empty()) {
+      // Back by what float rounds away, so that it does not come to lie behind a surface.
+      const double size = std::max({std::abs(position.x), std::abs(position.y), std::abs(position.z)});
+      position -= 1.2e-7 * size * transform_direction(world_.world_to_map(), history.direction);
+    }
+    photon.position = Vec3f(position);
     photon.direction = encode_direction(transform_direction(world_.world_to_map(), history.direction));
     photon.power = static_cast<float>(history.power);
     photon.batch = static_cast<std::uint8_t>(batch_);
