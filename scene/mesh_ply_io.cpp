@@ -93,6 +93,9 @@ class PlyReader {
         const std::string_view name = next_word(line);
         std::int64_t count = -1;
         if (!to_number(next_word(line), count) || count < 0) bad_header(whole);
+        for (const Element& other : elements_) {
+          if (other.name == name) reader_.fail(fmt::format("the element {} is announced twice", name), "export the mesh anew");
+        }
         elements_.push_back({std::string(name), static_cast<std::uint64_t>(count), {}});
       } else if (keyword == "property" && !elements_.empty()) {
         std::string_view word = next_word(line);

@@ -242,6 +242,7 @@ TEST_CASE("what is wrong with a PLY file is said with its line or element", "[sc
   refused("ply\nformat binary 1.0\n", ", line 2", "\"binary\" is not known");
   refused("ply\nend_header\n", ", line 2", "no format");
   refused("ply\nformat ascii 1.0\nelement vertex many\n", ", line 3", "does not belong");
+  refused("ply\nformat ascii 1.0\n" + vertices + vertices, ", line 7", "announced twice");
   refused("ply\nformat ascii 1.0\nelement vertex 1\nproperty real x\n", ", line 4", "does not belong");
   refused("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n0\n", "", "no x, y and z");
   refused("ply\nformat ascii 1.0\n" + vertices + "element face 1\nproperty int a\nend_header\n0 0 0\n0 0 0\n0 0 0\n1\n", "", "no list vertex_indices");
