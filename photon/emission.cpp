@@ -33,7 +33,11 @@ PhotonEmitter::PhotonEmitter(const World& world, int interval, const SourceSelec
     cumulative_.push_back((cumulative_.empty() ? 0.0 : cumulative_.back()) + chance);
   };
   if (!world.bounds().isEmpty()) radius_ = 0.5 * world.bounds().size().length();
-  if (world.periodic()) make_faces();
+  if (world.periodic()) {
+    make_faces();
+  } else {
+    make_targets();
+  }
 
   blocks_.resize(static_cast<std::size_t>(world.cloud_count()));
   for (int c = 0; selection.emission && c < world.cloud_count(); ++c) {
@@ -165,6 +169,37 @@ void PhotonEmitter::make_faces() {
   }
 }
 
+void PhotonEmitter::make_targets() {
+  targets_.push_back({world_->origin(), radius_, 1.0});
+  // What is far from all clouds matters little to them: terrain of kilometres about a puff of metres.
+  const Box3d& clouds = world_->cloud_bounds();
+  if (clouds.isEmpty()) return;
+  constexpr double kAround = 1.5, kMuchLarger = 3, kShare = 0.75;
+  const double radius = kAround * 0.5 * clouds.size().length();
+  if (radius_ < kMuchLarger * radius) return;
+  targets_.push_back({clouds.center(), radius, kShare});
+  targets_.front().share = 1 - kShare;
+}
+
+std::pair<Vec3d, double> PhotonEmitter::place_beyond(const Vec3d& toward, double u, double v,
+                                                     double which) const noexcept {
+  const Target& target = targets_[targets_.size() > 1 && which < targets_[1].share ? 1 : 0];
+  const auto [x, y] = uniform_disc(u, v);
+  const auto [a, b] = orthonormal_basis(toward);
+  const Vec3d across = target.center + target.radius * (x * a + y * b);
+  // Discs overlap: the density is that of all.
+  double density = 0;
+  for (const Target& other : targets_) {
+    const Vec3d offset = across - other.center;
+    const double along = offset.dot(toward);
+    if (&other == &target || offset.length2() - along * along < other.radius * other.radius) {
+      density += other.share / (kPi * other.radius * other.radius);
+    }
+  }
+  const Vec3d& middle = world_->origin();
+  return {across + (radius_ - (across - middle).dot(toward)) * toward, density};
+}
+
 EmittedPhoton PhotonEmitter::emit(const std::array<double, 8>& u, Cache& cache) const noexcept {
   assert(!sources_.empty());
   double rest = u[0];
@@ -248,10 +283,9 @@ EmittedPhoton PhotonEmitter::from_sun(int index, const std::array<double, 8>& u)
     photon.power = irradiance * total;
     return photon;
   }
-  const auto [x, y] = uniform_disc(u[1], u[2]);
-  const auto [a, b] = orthonormal_basis(toward);
-  photon.position = world_->origin() + radius_ * (toward + x * a + y * b);
-  photon.power = irradiance * kPi * radius_ * radius_;
+  const auto [position, density] = place_beyond(toward, u[1], u[2], u[3]);
+  photon.position = position;
+  photon.power = irradiance / density;
   return photon;
 }
 
@@ -277,11 +311,10 @@ EmittedPhoton PhotonEmitter::from_sky(const std::array<double, 8>& u) const noex
     return photon;
   }
   const Vec3d from = uniform_direction(u[4], u[5]);
-  const auto [x, y] = uniform_disc(u[1], u[2]);
-  const auto [a, b] = orthonormal_basis(from);
-  photon.position = world_->origin() + radius_ * (from + x * a + y * b);
+  const auto [position, density] = place_beyond(from, u[1], u[2], u[3]);
+  photon.position = position;
   photon.direction = -from;
-  photon.power = 4 * kPi * kPi * world_->sky(interval_) * radius_ * radius_;
+  photon.power = 4 * kPi * world_->sky(interval_) / density;
   return photon;
 }
 

@@ -64,6 +64,13 @@ class PhotonEmitter {
     Vec3d inward;  // unit normal
     double area;
   };
+  /// Light from infinity is aimed at spheres: the World's bounds and, where these are much larger, the
+  /// surroundings of the clouds.
+  struct Target {
+    Vec3d center;
+    double radius;
+    double share;  // of the photons
+  };
   struct Blocks {
     std::vector<double> cumulative;  // of power times the bounded chance to escape
     std::vector<float> chance;       // the bounded chance to escape, per block
@@ -72,6 +79,9 @@ class PhotonEmitter {
 
   Blocks sum_blocks(int cloud) const;
   void make_faces();
+  void make_targets();
+  /// Where light that travels along -toward starts, beyond the bounds, and its density, 1/m2.
+  std::pair<Vec3d, double> place_beyond(const Vec3d& toward, double u, double v, double which) const noexcept;
   EmittedPhoton from_cloud(int cloud, double u, const std::array<double, 8>& v, Cache& cache) const noexcept;
   EmittedPhoton from_sun(int index, const std::array<double, 8>& u) const noexcept;
   EmittedPhoton from_sky(const std::array<double, 8>& u) const noexcept;
@@ -84,6 +94,7 @@ class PhotonEmitter {
   double power_ = 0;
   double radius_ = 0;          // of the sphere about the bounds, m
   std::vector<Face> faces_;    // periodic scenes
+  std::vector<Target> targets_;
   std::vector<Source> sources_;
   std::vector<double> cumulative_;
   std::vector<Blocks> blocks_;

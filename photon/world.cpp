@@ -232,8 +232,9 @@ void World::place_clouds() {
     }
     for (const double emission : cloud.emission) acts = acts || emission > 0;
     const Box3d& local = frame(c).local_bounds;
-    if (acts && !local.isEmpty()) bounds_.extendBy(transform_box(cloud.local_to_world, local));
+    if (acts && !local.isEmpty()) cloud_bounds_.extendBy(transform_box(cloud.local_to_world, local));
   }
+  bounds_ = cloud_bounds_;
 }
 
 void World::place_surfaces() {

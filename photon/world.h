@@ -131,6 +131,8 @@ class World {
 
   /// Everything of finite size, in world metres; empty where there is nothing.
   const Box3d& bounds() const noexcept { return bounds_; }
+  /// Of the clouds among it.
+  const Box3d& cloud_bounds() const noexcept { return cloud_bounds_; }
   /// Surfaces are stored relative to this point.
   const Vec3d& origin() const noexcept { return origin_; }
 
@@ -219,6 +221,7 @@ class World {
   std::vector<bool> surfaces_reflect_;                  // per interval
   bool permeable_ = false;
   Box3d bounds_;
+  Box3d cloud_bounds_;
   Vec3d origin_{0, 0, 0};
   int periodic_cloud_ = -1;
   std::array<Vec3d, 2> period_{Vec3d(0), Vec3d(0)};
