@@ -46,7 +46,9 @@ class Line {
   LeafSteps leaves(double begin, int level) const noexcept {
     LeafSteps steps;
     steps.first = 0;
-    const double size = static_cast<double>(1 << level), per_size = 1 / size;
+    assert(level >= 0 && level < 3);
+    static constexpr double kSizes[] = {1, 2, 4}, kPerSize[] = {1, 0.5, 0.25};  // of a leaf in a brick, in voxels
+    const double size = kSizes[level], per_size = kPerSize[level];
     const int bits = 3 - level, last = (1 << bits) - 1;
     OBSCURA_UNROLL_AXES
     for (int a = 0; a < 3; ++a) {
@@ -136,7 +138,6 @@ inline void for_each_leaf(const LeafSteps& steps, double begin, double end, Visi
   const std::ptrdiff_t s0 = steps.stride[0], s1 = steps.stride[1], s2 = steps.stride[2];
   std::ptrdiff_t i = steps.first;
   for (;;) {
-    const double n0 = t0 + d0, n1 = t1 + d1, n2 = t2 + d2;
     const double x = t0 < t1 ? t0 : t1, to = x < t2 ? x : t2;
     if (to >= limit) {
       visit(i, t, end);
@@ -145,9 +146,10 @@ inline void for_each_leaf(const LeafSteps& steps, double begin, double end, Visi
     if (!visit(i, t, to)) return;
     t = to;
     i += (t0 <= to ? s0 : 0) + (t1 <= to ? s1 : 0) + (t2 <= to ? s2 : 0);
-    t0 = t0 <= to ? n0 : t0;
-    t1 = t1 <= to ? n1 : t1;
-    t2 = t2 <= to ? n2 : t2;
+    // Added, not chosen: which plane comes next is not to be foretold, and compilers branch on a choice.
+    t0 += t0 <= to ? d0 : 0.0;
+    t1 += t1 <= to ? d1 : 0.0;
+    t2 += t2 <= to ? d2 : 0.0;
   }
 }
 
