@@ -12,7 +12,7 @@ namespace obscura {
 /// Handed down by const reference to every long-running call. Thread-safe.
 class Progress {
  public:
-  /// Told of the stage's name, the work done so far and the whole (0: not known).
+  /// Told of the stage's name, the work done so far and the whole (0: not known), by several threads at once.
   using Listener = std::function<void(std::string_view stage, std::uint64_t done, std::uint64_t total)>;
 
   Progress() = default;
