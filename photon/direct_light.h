@@ -116,7 +116,7 @@ class DirectLight {
       const double distance = way.length();
       const Vec3d toward = distance > 0 ? way / distance : Vec3d(0);
       const double cosine = -toward.dot(place.normal);
-      const double value = cosine > 0 && place.id != at.from() ? at.value(toward) : 0.0;
+      const double value = cosine > 0 ? at.value(toward) : 0.0;
       if (value > 0) {
         const double density = lights.density(world_, place.id) * distance * distance / cosine;
         const double emission = lights.emission(world_, place, cosine);
