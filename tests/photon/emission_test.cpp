@@ -5,6 +5,7 @@
 
 #include "tests/support/agree.h"
 #include "tests/support/chi_square.h"
+#include "tests/support/shapes_of_surfaces.h"
 #include "tests/support/worlds.h"
 
 using namespace obscura;
@@ -331,4 +332,142 @@ TEST_CASE("sources that are off emit nothing, and a dark World has no power", "[
   }
   CHECK(sum == Approx(whole).epsilon(1e-12));
   CHECK(PhotonEmitter(world, 0, {false, false, false, false, false, false, false}).power() == 0);
+}
+
+TEST_CASE("faces emit exactly their power, by the cosine and from the side that shines", "[photon][emission][surfaces]") {
+  for (const bool double_sided : {false, true}) {
+    WorldContents contents = empty_contents();
+    contents.materials = {grey_material(0.6)};
+    Object sheet = grey_object(parallelogram({1, 2, 3}, {2, 0, 0}, {0, 3, 0}), 0, 5);
+    sheet.local_to_world = placement({-4, 1, 0}, {0.4, 0.3, -0.2}, 2);
+    sheet.double_sided = double_sided;
+    contents.objects = {sheet};
+    const World world(contents);
+    const PhotonEmitter emitter(world, 0);
+    const double power = kPi * 0.6 * 5 * 24 * (double_sided ? 2 : 1);
+    CHECK(emitter.power() == Approx(power).epsilon(1e-12));
+    const Vec3d front = transform_direction(sheet.local_to_world, Vec3d(0, 0, 1)).normalized();
+    std::vector<double> cosines(20), sides(2), cells(24);
+    double worst_power = 0, worst_place = 0;
+    int strangers = 0;
+    emit_many(emitter, kPhotons, [&](const EmittedPhoton& photon) {
+      worst_power = std::max(worst_power, std::abs(photon.power / power - 1));
+      const double cosine = photon.direction.dot(front);
+      ++cosines[std::min<std::size_t>(19, static_cast<std::size_t>(20 * cosine * cosine))];
+      ++sides[cosine > 0 ? 0 : 1];
+      strangers += photon.from.surface != 0 || photon.from.face > 1 || !photon.in_direct_set || photon.from_beyond;
+      const Vec3d local = transform_point(sheet.local_to_world.inverse(), photon.position) - Vec3d(1, 2, 3);
+      worst_place = std::max(worst_place, std::abs(local.z));
+      ++cells[std::min<std::size_t>(3, static_cast<std::size_t>(2 * std::max(0.0, local.x))) +
+              4 * std::min<std::size_t>(5, static_cast<std::size_t>(2 * std::max(0.0, local.y)))];
+    });
+    CHECK(worst_power < 1e-12);
+    CHECK(worst_place < 1e-12);
+    CHECK(strangers == 0);
+    CHECK(chi_square(cosines, std::vector<double>(20, kPhotons / 20.0)));
+    CHECK(chi_square(cells, std::vector<double>(24, kPhotons / 24.0)));
+    if (double_sided) {
+      CHECK(chi_square(sides, {kPhotons / 2.0, kPhotons / 2.0}));
+    } else {
+      CHECK(sides[1] == 0);
+    }
+  }
+}
+
+TEST_CASE("what varies with angle and place over a face is made up for by weights", "[photon][emission][surfaces]") {
+  WorldContents contents;
+  const Band band("infrared", 8, 12, 1);
+  contents.bands.push_back(band);
+  Material angled = grey_material(0.9);
+  angled.angle_deg = {0, 90};
+  angled.angle_factor = {1, 0.2};
+  contents.materials = {angled};
+  auto mesh = std::make_shared<Mesh>();
+  mesh->vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh->faces = {{0, 1, 2}};
+  mesh->vertex_K = {300, 600, 300};
+  Object object;
+  object.mesh = mesh;
+  contents.objects = {object};
+  const World world(contents);
+  const PhotonEmitter emitter(world, 0);
+  constexpr int kParts = 8;
+  std::vector<Moments> by_place(kParts), by_cosine(kParts);
+  const Moments power = emit_many(emitter, kPhotons, [&](const EmittedPhoton& photon) {
+    const double cosine2 = photon.direction.z * photon.direction.z;
+    for (int i = 0; i < kParts; ++i) {
+      by_place[static_cast<std::size_t>(i)].add(static_cast<int>(kParts * photon.position.x) == i ? photon.power : 0.0);
+      by_cosine[static_cast<std::size_t>(i)].add(std::min(static_cast<int>(kParts * cosine2), kParts - 1) == i ? photon.power : 0.0);
+    }
+  });
+  // Integrals over strips of x, where the temperature is 300 + 300 x and the width 1 - x, and over the angle.
+  std::array<double, kParts> places{}, angles{};
+  double over_places = 0, over_angles = 0;
+  constexpr int kSteps = 4000;
+  for (int i = 0; i < kSteps; ++i) {
+    const double x = (i + 0.5) / kSteps;
+    const double here = band.planck(0, 300 + 300 * x) * (1 - x) / kSteps;
+    places[static_cast<std::size_t>(kParts * x)] += here;
+    over_places += here;
+    const double emissivity = 0.9 * (1 - 0.8 * std::acos(std::sqrt(x)) / (0.5 * kPi));  // x is the cosine's square
+    angles[static_cast<std::size_t>(kParts * x)] += kPi * emissivity / kSteps;
+    over_angles += kPi * emissivity / kSteps;
+  }
+  CHECK(agree(power.mean(), power.standard_error(), over_places * over_angles, {.resolution = 0.02, .comparisons = 17}));
+  for (std::size_t i = 0; i < kParts; ++i) {
+    INFO("part " << i);
+    CHECK(agree(by_place[i].mean(), by_place[i].standard_error(), places[i] * over_angles, {.resolution = 0.25, .comparisons = 17}));
+    CHECK(agree(by_cosine[i].mean(), by_cosine[i].standard_error(), angles[i] * over_places, {.resolution = 0.1, .comparisons = 17}));
+  }
+}
+
+TEST_CASE("a small cloud over huge terrain gets what the plain disc would send it", "[photon][emission][surfaces]") {
+  CloudWish puff;
+  puff.voxels = Vec3i(8);
+  puff.voxel_m = 0.25;
+  puff.corner_m = {10, 5, 2};
+  WorldContents contents = grey_contents(puff, 0.7);
+  contents.materials = {grey_material(1)};
+  contents.objects = {grey_object(parallelogram({-50, -50, 0}, {100, 0, 0}, {0, 100, 0}), 0, 0)};
+  const Vec3d toward = Vec3d(1, -2, 2).normalized();
+  contents.sun = Sun{toward, {5}, 0.1};
+  const World world(contents);
+  const double radius = 0.5 * world.bounds().size().length();
+  REQUIRE(radius > 70);
+  struct Ball {
+    Vec3d middle;
+    double r;
+    double resolution;
+  };
+  constexpr int kMany = 2000000;
+  // The puff, something that the narrow disc only cuts, and something far from it.
+  const Ball balls[] = {{{11, 6, 3}, 1, 0.03}, {{15, 6, 3}, 10, 0.1}, {{-20, 10, 3}, 15, 0.1}};
+  for (const bool sun : {true, false}) {
+    SourceSelection one{};
+    one.sun = sun;
+    one.sky = !sun;
+    const PhotonEmitter emitter(world, 0, one);
+    const double whole = sun ? 5 * kPi * radius * radius : 4 * kPi * kPi * 0.7 * radius * radius;
+    CHECK(emitter.power() == Approx(whole).epsilon(1e-9));
+    std::array<Moments, 3> into;
+    int near = 0, beyond = 0;
+    const Moments power = emit_many(emitter, kMany, [&](const EmittedPhoton& photon) {
+      for (std::size_t b = 0; b < 3; ++b) {
+        const double t = entry(photon, balls[b].middle, balls[b].r);
+        into[b].add(t < kInfinity ? photon.power : 0.0);
+        near += b == 0 && t < kInfinity;
+      }
+      // It starts outside of everything.
+      beyond += (photon.position - world.bounds().center()).length() >= radius * (1 - 1e-9) && photon.from_beyond;
+    });
+    CHECK(beyond == kMany);
+    CHECK(agree(power.mean(), power.standard_error(), whole, {.resolution = 0.05, .comparisons = 8}));
+    for (std::size_t b = 0; b < 3; ++b) {
+      INFO((sun ? "sun" : "sky") << ", ball " << b);
+      const double expected = (sun ? 5 : 4 * kPi * 0.7) * kPi * balls[b].r * balls[b].r;
+      CHECK(agree(into[b].mean(), into[b].standard_error(), expected, {.resolution = balls[b].resolution, .comparisons = 8}));
+    }
+    // The plain disc would have sent it one in five thousand.
+    CHECK(near > kMany / 20);
+  }
 }
