@@ -63,6 +63,7 @@ struct Shadow {
   std::uint32_t owner;    ///< the camera ray
   double radiance;        ///< what it adds there, W/m2/sr
   double air_weight = 0;  ///< what the air's own light along the ray counts there
+  double target_depth = 0;  ///< of the clouds, exponentially distributed: where the air's light begins
 };
 
 /// Where on the discs of sun and moon a ray looks. Rays of consecutive numbers look at opposite places, so
@@ -105,7 +106,8 @@ class DirectLight {
       Ray ray{at.position(), toward, t_min, kInfinity};
       const SurfaceHit hit = world_.meet(ray, at.from(), stream);
       ray.t_max = hit.t;
-      if (value > 0) shoot_sampled(owner, weight * value / density, density, ray, hit);
+      const double depth = air_ > 0 ? -std::log(stream.uniform()) : 0.0;
+      if (value > 0) shoot_sampled(owner, weight * value / density, density, ray, hit, depth);
     }
     if (faces_) {
       // Where the emitting faces are. Both ways count by the balance heuristic (Veach, 1997).
@@ -164,8 +166,10 @@ class DirectLight {
 
  private:
   double air(double distance) const noexcept { return air_ > 0 ? std::exp(-air_ * distance) : 1.0; }
-  void shoot(std::uint32_t owner, double radiance, const Ray& ray, double air_weight = 0);
-  void shoot_sampled(std::uint32_t owner, double weight, double density, const Ray& ray, const SurfaceHit& hit);
+  void shoot(std::uint32_t owner, double radiance, const Ray& ray, double air_weight = 0, double target_depth = 0);
+  void shoot_sampled(std::uint32_t owner, double weight, double density, const Ray& ray, const SurfaceHit& hit,
+                     double target_depth);
+  void add_air(std::span<Incoming> incoming) const;
 
   const World& world_;
   int interval_;
@@ -180,8 +184,7 @@ class DirectLight {
 };
 
 /// Light along a ray through clouds and air that are not at its end, W/m2/sr: exact segment by segment.
-/// @param clouds the clouds' own emission
-/// @param air    the air's, of which the clouds hide what is behind them
-double light_along(const World& world, int interval, const Ray& ray, bool clouds, bool air) noexcept;
+/// The clouds' own emission, and the air's, of which the clouds hide what is behind them.
+double light_along(const World& world, int interval, const Ray& ray) noexcept;
 
 }  // namespace obscura::detail

@@ -21,7 +21,7 @@ double escape_chance(double absorption, double side) noexcept {
 
 }  // namespace
 
-PhotonEmitter::PhotonEmitter(const World& world, int interval, const SourceSelection& selection)
+PhotonEmitter::PhotonEmitter(const World& world, int interval, const SourceSelection& selection, const Box3d& around)
     : world_(&world), interval_(interval) {
   const auto at = [interval](const std::vector<double>& values) {
     return values[static_cast<std::size_t>(interval)];
@@ -30,9 +30,13 @@ PhotonEmitter::PhotonEmitter(const World& world, int interval, const SourceSelec
     if (!(power > 0)) return;
     power_ += power;
     sources_.push_back({kind, index, power, chance});
-    cumulative_.push_back((cumulative_.empty() ? 0.0 : cumulative_.back()) + chance);
   };
-  if (!world.bounds().isEmpty()) radius_ = 0.5 * world.bounds().size().length();
+  Box3d bounds = world.bounds();
+  if (!around.isEmpty()) bounds.extendBy(around);
+  if (!bounds.isEmpty()) {
+    middle_ = bounds.center();
+    radius_ = 0.5 * bounds.size().length();
+  }
   if (world.periodic()) {
     make_faces();
   } else {
@@ -66,7 +70,12 @@ PhotonEmitter::PhotonEmitter(const World& world, int interval, const SourceSelec
     add(Kind::sky, 0, power, power);
   }
   const FaceLights& lights = world.face_lights(interval);
-  if (selection.surfaces && !lights.empty()) add(Kind::faces, 0, lights.power(), lights.power());
+  if (selection.surfaces && !lights.empty()) {
+    add(Kind::faces, 0, lights.power(), lights.power());
+    // What of that power goes through the surroundings of the clouds has a source of its own, whose power
+    // only its photons know: it is counted with the faces'.
+    if (targets_.size() > 1) sources_.push_back({Kind::lines, 0, 0.0, lights.power()});
+  }
   const std::vector<HotSphere>& spheres = world.spheres();
   for (std::size_t s = 0; s < spheres.size(); ++s) {
     if (!(s < world.source_count() ? selection.spheres : selection.particles)) continue;
@@ -77,6 +86,49 @@ PhotonEmitter::PhotonEmitter(const World& world, int interval, const SourceSelec
     const double power = at(world.beams()[b].power);
     add(Kind::beam, static_cast<int>(b), power, power);
   }
+  make_groups();
+  sum_chances();
+}
+
+void PhotonEmitter::make_groups() {
+  const auto same_group = [](const Source& a, const Source& b) {
+    return a.kind == b.kind && a.kind != Kind::cloud;
+  };
+  for (std::size_t s = 0; s < sources_.size(); ++s) {
+    if (s == 0 || !same_group(sources_[s - 1], sources_[s])) groups_.emplace_back();
+    groups_.back().push_back(s);
+  }
+}
+
+void PhotonEmitter::sum_chances() {
+  cumulative_.clear();
+  for (const Source& source : sources_) {
+    cumulative_.push_back((cumulative_.empty() ? 0.0 : cumulative_.back()) + source.chance);
+  }
+}
+
+PhotonEmitter PhotonEmitter::only(std::size_t group) const {
+  PhotonEmitter result = *this;
+  result.sources_.clear();
+  result.power_ = 0;
+  for (const std::size_t s : groups_[group]) {
+    result.sources_.push_back(sources_[s]);
+    result.power_ += sources_[s].power;
+  }
+  result.groups_.clear();
+  result.make_groups();
+  result.sum_chances();
+  return result;
+}
+
+void PhotonEmitter::set_shares(std::span<const double> shares) {
+  assert(shares.size() == groups_.size());
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    double sum = 0;
+    for (const std::size_t s : groups_[g]) sum += sources_[s].chance;
+    for (const std::size_t s : groups_[g]) sources_[s].chance *= shares[g] / sum;
+  }
+  sum_chances();
 }
 
 PhotonEmitter::Blocks PhotonEmitter::sum_blocks(int cloud) const {
@@ -170,7 +222,7 @@ void PhotonEmitter::make_faces() {
 }
 
 void PhotonEmitter::make_targets() {
-  targets_.push_back({world_->origin(), radius_, 1.0});
+  targets_.push_back({middle_, radius_, 1.0});
   // What is far from all clouds matters little to them: terrain of kilometres about a puff of metres.
   const Box3d& clouds = world_->cloud_bounds();
   if (clouds.isEmpty()) return;
@@ -196,8 +248,7 @@ std::pair<Vec3d, double> PhotonEmitter::place_beyond(const Vec3d& toward, double
       density += other.share / (kPi * other.radius * other.radius);
     }
   }
-  const Vec3d& middle = world_->origin();
-  return {across + (radius_ - (across - middle).dot(toward)) * toward, density};
+  return {across + (radius_ - (across - middle_).dot(toward)) * toward, density};
 }
 
 EmittedPhoton PhotonEmitter::emit(const std::array<double, 8>& u, Cache& cache) const noexcept {
@@ -210,6 +261,7 @@ EmittedPhoton PhotonEmitter::emit(const std::array<double, 8>& u, Cache& cache) 
     case Kind::sun: photon = from_sun(source.index, u); break;
     case Kind::sky: photon = from_sky(u); break;
     case Kind::faces: photon = from_faces(rest, u); break;
+    case Kind::lines: photon = from_lines(u); break;
     case Kind::sphere: photon = from_sphere(source.index, u); break;
     case Kind::beam: photon = from_beam(source.index, u); break;
   }
@@ -329,7 +381,81 @@ EmittedPhoton PhotonEmitter::from_faces(double u, const std::array<double, 8>& v
   // The face was chosen by its mean radiance over all angles; here and there it differs.
   const double radiance = lights.emission(*world_, place, place.normal.dot(photon.direction));
   photon.power = kPi * radiance / lights.density(*world_, place.id);
+  if (is_on_a_line(photon.position, photon.direction, place.id)) photon.power = 0;
   return photon;
+}
+
+EmittedPhoton PhotonEmitter::from_lines(const std::array<double, 8>& u) const noexcept {
+  // A line through the sphere about the clouds, isotropic and uniform; it starts where it enters.
+  const Target& target = targets_[1];
+  const Vec3d direction = uniform_direction(u[4], u[5]);
+  const auto [x, y] = uniform_disc(u[1], u[2]);
+  const auto [a, b] = orthonormal_basis(direction);
+  const double half = target.radius * std::sqrt(std::max(0.0, 1 - x * x - y * y));
+  const Vec3d entry = target.center + target.radius * (x * a + y * b) - half * direction;
+
+  // Faces that send light along it: the first opaque one behind the entry and the nets before it, and
+  // those inside the sphere.
+  struct Candidate {
+    Vec3d position;
+    FaceId id;
+    double radiance;
+  };
+  constexpr std::size_t kMost = 16;
+  std::array<Candidate, kMost> candidates;
+  std::size_t count = 0;
+  const auto offer = [&](const Ray& ray, const SurfaceHit& hit) {
+    if (hit.id.surface >= world_->objects().size()) return;
+    const Vec3d position = ray.at(hit.t);
+    const double cosine = world_->surfaces().normal(hit.id, position).dot(direction);
+    if (cosine < 0 && !world_->objects()[hit.id.surface].double_sided) return;
+    const MaterialOptics& material = world_->material(interval_, hit.id);
+    const double radiance = world_->black_radiance(interval_, hit.id, hit.u, hit.v) *
+                            material.emissivity(std::abs(cosine)) * (1 - material.permeable());
+    if (radiance > 0 && count < kMost) candidates[count++] = {position, hit.id, radiance};
+  };
+  for (const bool behind : {true, false}) {
+    Ray ray{entry, behind ? -direction : direction, 0, behind ? kInfinity : 2 * half};
+    SurfaceHit hit = world_->surfaces().intersect(ray);
+    for (std::size_t i = 0; hit.exists() && i < kMost; ++i) {
+      offer(ray, hit);
+      if (behind && !is_net(hit.id)) break;
+      ray.t_min = hit.t;
+      hit = world_->surfaces().intersect(ray, hit.id);
+    }
+  }
+  EmittedPhoton photon;
+  photon.direction = direction;
+  photon.in_direct_set = true;
+  if (count == 0) return photon;
+  const Candidate& chosen = candidates[std::min(count - 1, static_cast<std::size_t>(u[3] * static_cast<double>(count)))];
+  photon.position = chosen.position;
+  photon.from = chosen.id;
+  photon.power = 4 * kPi * kPi * target.radius * target.radius * static_cast<double>(count) * chosen.radiance;
+  return photon;
+}
+
+bool PhotonEmitter::is_net(const FaceId& face) const noexcept {
+  return face.surface < world_->objects().size() && world_->material(interval_, face).permeable() > 0;
+}
+
+bool PhotonEmitter::is_on_a_line(const Vec3d& position, const Vec3d& direction, FaceId from) const noexcept {
+  if (targets_.size() < 2) return false;
+  const Target& target = targets_[1];
+  const Vec3d to_center = target.center - position;
+  const double r2 = target.radius * target.radius;
+  if (to_center.length2() < r2) return true;
+  const double along = to_center.dot(direction);
+  const double half2 = r2 - (to_center - along * direction).length2();
+  if (along < 0 || half2 <= 0) return false;
+  // Unless something opaque stands before the sphere.
+  Ray ray{position, direction, world_->surfaces().clearance(), along - std::sqrt(half2)};
+  SurfaceHit hit = world_->surfaces().intersect(ray, from);
+  while (hit.exists() && is_net(hit.id)) {
+    ray.t_min = hit.t;
+    hit = world_->surfaces().intersect(ray, hit.id);
+  }
+  return !hit.exists();
 }
 
 EmittedPhoton PhotonEmitter::from_sphere(int index, const std::array<double, 8>& u) const noexcept {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "photon/directions.h"
@@ -33,11 +34,20 @@ struct EmittedPhoton {
 /// The sources of one interval. Immutable and thread-safe.
 class PhotonEmitter {
  public:
-  PhotonEmitter(const World& world, int interval, const SourceSelection& selection = {});
+  /// @param around what light from infinity has to pass beside the World, such as rectangles
+  PhotonEmitter(const World& world, int interval, const SourceSelection& selection = {}, const Box3d& around = {});
 
   int interval() const noexcept { return interval_; }
   /// Power of all sources, W.
   double power() const noexcept { return power_; }
+
+  /// Sources that can be given more or fewer photons: a cloud, sun, sky, objects, all spheres, all beams.
+  std::size_t group_count() const noexcept { return groups_.size(); }
+  /// The same with no other source.
+  PhotonEmitter only(std::size_t group) const;
+  /// Makes photons of each group as frequent as its share says; weights make up for it.
+  /// @param shares one for each group, > 0
+  void set_shares(std::span<const double> shares);
 
   /// Remembers the voxels of the block that it last emitted from: photons that come in the order of
   /// their first number find it there.
@@ -51,7 +61,7 @@ class PhotonEmitter {
   EmittedPhoton emit(const std::array<double, 8>& u, Cache& cache) const noexcept;
 
  private:
-  enum class Kind { cloud, sun, sky, faces, sphere, beam };
+  enum class Kind { cloud, sun, sky, faces, lines, sphere, beam };
   struct Source {
     Kind kind;
     int index;      // cloud, sun, sphere or beam
@@ -80,22 +90,29 @@ class PhotonEmitter {
   Blocks sum_blocks(int cloud) const;
   void make_faces();
   void make_targets();
+  void make_groups();
+  void sum_chances();
   /// Where light that travels along -toward starts, beyond the bounds, and its density, 1/m2.
   std::pair<Vec3d, double> place_beyond(const Vec3d& toward, double u, double v, double which) const noexcept;
   EmittedPhoton from_cloud(int cloud, double u, const std::array<double, 8>& v, Cache& cache) const noexcept;
   EmittedPhoton from_sun(int index, const std::array<double, 8>& u) const noexcept;
   EmittedPhoton from_sky(const std::array<double, 8>& u) const noexcept;
   EmittedPhoton from_faces(double u, const std::array<double, 8>& v) const noexcept;
+  EmittedPhoton from_lines(const std::array<double, 8>& u) const noexcept;
+  bool is_net(const FaceId& face) const noexcept;
+  bool is_on_a_line(const Vec3d& position, const Vec3d& direction, FaceId from) const noexcept;
   EmittedPhoton from_sphere(int index, const std::array<double, 8>& u) const noexcept;
   EmittedPhoton from_beam(int index, const std::array<double, 8>& u) const noexcept;
 
   const World* world_;
   int interval_;
   double power_ = 0;
-  double radius_ = 0;          // of the sphere about the bounds, m
+  Vec3d middle_{0, 0, 0};      // of the bounds of everything that light from infinity has to pass
+  double radius_ = 0;          // of the sphere about them, m
   std::vector<Face> faces_;    // periodic scenes
   std::vector<Target> targets_;
   std::vector<Source> sources_;
+  std::vector<std::vector<std::size_t>> groups_;  // of sources
   std::vector<double> cumulative_;
   std::vector<Blocks> blocks_;
 };

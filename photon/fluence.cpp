@@ -42,9 +42,22 @@ BatchMean fluence(const World& world, int interval, const PhotonMaps* maps, cons
     world.optical_depths(interval, {&shadow, 1}, {&depth, 1});
     sunlight += sun.irradiance[static_cast<std::size_t>(interval)] * std::exp(-depth);
   }
+  // Beams have no direction that a ray could find; what they send is here where the point is inside.
+  double beams = 0;
+  for (const Beam& beam : world.beams()) {
+    const Vec3d offset = point - beam.position;
+    const double along = offset.dot(beam.direction);
+    if (along < 0 || !(beam.radius > 0) || (offset - along * beam.direction).length() > beam.radius) continue;
+    const Ray back{point, -beam.direction, 0, along};
+    if (world.blocked(back, {}, stream)) continue;
+    double depth = 0;
+    world.optical_depths(interval, {&back, 1}, {&depth, 1});
+    beams += beam.power[static_cast<std::size_t>(interval)] / (kPi * beam.radius * beam.radius) *
+             std::exp(-depth - world.air_extinction(interval) * along);
+  }
   const double map_error = maps ? batch_mean(batches).standard_error : 0.0;
   const double ray_error = total.standard_error();
-  return {4 * kPi * total.mean() + sunlight, 4 * kPi * std::hypot(map_error, ray_error)};
+  return {4 * kPi * total.mean() + sunlight + beams, 4 * kPi * std::hypot(map_error, ray_error)};
 }
 
 }  // namespace obscura

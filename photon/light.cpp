@@ -40,6 +40,31 @@ void refuse_unfit(const World& world, std::span<const FluxRectangle> rectangles)
   }
 }
 
+/// Photons of each group of sources by what they leave in the maps: as many as make the sum's noise least,
+/// which is in proportion to the root mean square of what one of them stores. A few of each tell.
+void share_photons(const World& world, PhotonEmitter& emitter, const TraceSettings& settings) {
+  constexpr std::uint64_t kPilot = 4096;
+  constexpr double kLeast = 0.01;  // of the largest: a source may store late what the pilot has not seen
+  if (emitter.group_count() < 2 || settings.photons < 4 * kPilot) return;
+  TraceSettings pilot = settings;
+  pilot.photons = kPilot;
+  pilot.photon_power_min = 0;
+  pilot.seed = ~settings.seed;
+  std::vector<double> shares;
+  for (std::size_t g = 0; g < emitter.group_count(); ++g) {
+    const TraceResult traced = trace_photons(world, emitter.only(g), pilot);
+    double squares = 0;
+    for (const std::vector<Photon>* photons : {&traced.photons, &traced.surface_photons}) {
+      for (const Photon& photon : *photons) squares += static_cast<double>(photon.power) * static_cast<double>(photon.power);
+    }
+    shares.push_back(std::sqrt(squares));
+  }
+  const double most = *std::max_element(shares.begin(), shares.end());
+  if (!(most > 0)) return;
+  for (double& share : shares) share = std::max(share, kLeast * most);
+  emitter.set_shares(shares);
+}
+
 }  // namespace
 
 Light trace_light(const World& world, const TraceSettings& settings,
@@ -50,10 +75,16 @@ Light trace_light(const World& world, const TraceSettings& settings,
   for (BandLight& band : light.bands) band.flux.resize(rectangles.size());
 
   // Power of every interval's sources, and the sum of its band.
+  Box3d around;
+  for (const FluxRectangle& rectangle : rectangles) {
+    for (const double u : {-0.5, 0.5}) {
+      for (const double v : {-0.5, 0.5}) around.extendBy(rectangle.center + u * rectangle.side_u + v * rectangle.side_v);
+    }
+  }
   std::vector<PhotonEmitter> emitters;
   std::vector<double> band_power(world.bands().size(), 0.0);
   for (int i = 0; i < world.interval_count(); ++i) {
-    emitters.emplace_back(world, i, settings.sources);
+    emitters.emplace_back(world, i, settings.sources, around);
     band_power[static_cast<std::size_t>(world.interval(i).band)] += emitters.back().power();
   }
   for (int i = 0; i < world.interval_count(); ++i) {
@@ -61,12 +92,13 @@ Light trace_light(const World& world, const TraceSettings& settings,
     if (settings.photons > 0) refuse_endless_histories(world, i, "photon");
     TraceSettings share = settings;
     share.photons = 0;
-    const PhotonEmitter& emitter = emitters[static_cast<std::size_t>(i)];
+    PhotonEmitter& emitter = emitters[static_cast<std::size_t>(i)];
     if (emitter.power() > 0 && settings.photons > 0) {
       const double part = emitter.power() / band_power[b];
       share.photons = std::max<std::uint64_t>(
           1, static_cast<std::uint64_t>(std::llround(part * static_cast<double>(settings.photons))));
     }
+    share_photons(world, emitter, share);
     TraceResult traced = trace_photons(world, emitter, share, rectangles, progress);
     BandLight& band = light.bands[b];
     band.energy += traced.energy;

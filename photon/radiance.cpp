@@ -146,10 +146,10 @@ class Pass {
     if (!world_.emits(interval_) && !(air_ > 0)) return;
     const std::optional<double> source = air_ > 0 ? std::nullopt : world_.uniform_source(interval_);
     for (const Leg& leg : legs_) {
-      if (leg.depth <= 0 && source) continue;
+      if (leg.depth <= 0 && !world_.glows(interval_)) continue;
       incoming_[leg.owner].direct +=
           leg.weight * (source ? *source * one_minus_exp(leg.depth)
-                               : detail::light_along(world_, interval_, leg.ray, true, true));
+                               : detail::light_along(world_, interval_, leg.ray));
     }
   }
 

@@ -75,7 +75,7 @@ bool in_sight(const World& world, const SurfacePoint& at, const Vec3d& place, co
 }
 
 DiscCover disc_cover(const World& world, int interval, const SurfacePoint& at, double radius, Kernel kernel,
-                     const Vec3d& key) noexcept {
+                     bool flat, const Vec3d& key) noexcept {
   const Rotation turn = rotation_at(key, 0);
   const double angle = std::atan2(turn.x.y, turn.x.x);
   const auto [a, b] = orthonormal_basis(at.normal);
@@ -95,7 +95,7 @@ DiscCover disc_cover(const World& world, int interval, const SurfacePoint& at, d
     if (!hit.exists()) continue;
     const SurfacePoint there = world.surface_at(interval, ray, hit);
     if (!there.reflects() || !same_side(at, radius, there.position, there.normal) ||
-        !in_sight(world, at, there.position, there.normal)) {
+        (!flat && !in_sight(world, at, there.position, there.normal))) {
       continue;
     }
     const double u = (there.position - at.position).length2() / (radius * radius);

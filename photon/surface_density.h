@@ -22,8 +22,9 @@ struct DiscCover {
   double whole = 0;  ///< under the kernel of the disc's radius
   double inner = 0;  ///< under that of radius / sqrt 2
 };
+/// @param flat  no face stands up in the disc
 DiscCover disc_cover(const World& world, int interval, const SurfacePoint& at, double radius, Kernel kernel,
-                     const Vec3d& key) noexcept;
+                     bool flat, const Vec3d& key) noexcept;
 
 /// Whether a place near a surface point, on a side with this normal, belongs to the same side.
 bool same_side(const SurfacePoint& at, double radius, const Vec3d& place, const Vec3d& normal) noexcept;
@@ -57,7 +58,8 @@ Estimate surface_estimate(const World& world, int interval, const PhotonMap& map
   const double radius = result.radius = std::sqrt(rim);
   if (!(radius > 0) || (!cut && nearest.all_equal())) return result;
 
-  const detail::DiscCover cover = detail::disc_cover(world, interval, at, radius, settings.kernel, key);
+  const bool flat = world.surfaces().flat(at.position, at.normal, radius);
+  const detail::DiscCover cover = detail::disc_cover(world, interval, at, radius, settings.kernel, flat, key);
   double inner_sum = 0;
   for (int i = 0; i < nearest.count(); ++i) {
     const double distance2 = nearest.distance2(i);
@@ -66,7 +68,7 @@ Estimate surface_estimate(const World& world, int interval, const PhotonMap& map
     const Vec3d place = transform_point(world.map_to_world(), x + Vec3d(map.offset(local, nearest.index(i))));
     const Vec3d normal = decode_normal(photon.collisions);
     if (!detail::same_side(at, radius, place, normal)) continue;
-    if (!detail::in_sight(world, at, place, normal)) continue;
+    if (!flat && !detail::in_sight(world, at, place, normal)) continue;
     ++result.photons;
     const double u = distance2 / rim;
     const double light = photon.power * weight(decode_direction(photon.direction));

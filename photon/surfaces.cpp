@@ -259,8 +259,8 @@ Surfaces::Surfaces(std::span<const Object> objects, std::span<const HotSphere> s
   // Positions on surfaces are rounded in the scene's size and, far from the world's origin, in the distance.
   clearance_ = 1e-11 * farthest + 16 * std::numeric_limits<double>::epsilon() * origin.length();
 
-  // Small scenes are built faster than threads are started.
-  scene->device = rtcNewDevice(faces < 100000 ? "threads=1" : nullptr);
+  // Without a number of threads, which Embree would take for the limit of the whole program.
+  scene->device = rtcNewDevice(nullptr);
   scene->scene = rtcNewScene(scene->device);
   rtcSetSceneFlags(scene->scene, RTC_SCENE_FLAG_ROBUST);
 
@@ -369,6 +369,40 @@ bool Surfaces::occluded(const Ray& ray, FaceId from) const noexcept {
   return query.best.exists();
 }
 
+namespace {
+
+/// Asks about the faces near a point until one answers yes.
+template <class Found>
+bool any_face(RTCScene scene, const Vec3d& p, double radius, const Found& found) noexcept {
+  RTCPointQuery query;
+  query.x = static_cast<float>(p.x);
+  query.y = static_cast<float>(p.y);
+  query.z = static_cast<float>(p.z);
+  query.time = 0;
+  query.radius = static_cast<float>(radius);
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  struct Search {
+    const Found* found;
+    bool yes = false;
+  } search{&found};
+  rtcPointQuery(scene, &query, &context,
+                [](RTCPointQueryFunctionArguments* args) {
+                  auto& asked = *static_cast<Search*>(args->userPtr);
+                  const bool instance = args->context->instStackSize > 0;
+                  if (!asked.yes && !(*asked.found)(instance ? args->context->instID[0] : FaceId::kNone, args->primID)) {
+                    return false;
+                  }
+                  asked.yes = true;
+                  args->query->radius = 0;  // no need to look on
+                  return true;
+                },
+                &search);
+  return search.yes;
+}
+
+}  // namespace
+
 bool Surfaces::near(const Vec3d& point, double radius) const noexcept {
   if (!scene_) return false;
   const Vec3d p = point - scene_->origin;
@@ -376,23 +410,20 @@ bool Surfaces::near(const Vec3d& point, double radius) const noexcept {
   for (int axis = 0; axis < 3; ++axis) {
     if (p[axis] < scene_->bounds.min[axis] - reach || p[axis] > scene_->bounds.max[axis] + reach) return false;
   }
-  RTCPointQuery query;
-  query.x = static_cast<float>(p.x);
-  query.y = static_cast<float>(p.y);
-  query.z = static_cast<float>(p.z);
-  query.time = 0;
-  query.radius = static_cast<float>(reach);
-  RTCPointQueryContext context;
-  rtcInitPointQueryContext(&context);
-  bool found = false;
-  rtcPointQuery(scene_->scene, &query, &context,
-                [](RTCPointQueryFunctionArguments* args) {
-                  *static_cast<bool*>(args->userPtr) = true;
-                  args->query->radius = 0;  // no need to look on
-                  return true;
-                },
-                &found);
-  return found;
+  return any_face(scene_->scene, p, reach, [](std::uint32_t, std::uint32_t) { return true; });
+}
+
+bool Surfaces::flat(const Vec3d& point, const Vec3d& normal, double radius) const noexcept {
+  constexpr double kParallel = 0.985;  // 10 degrees
+  constexpr double kThin = 0.1;        // of the radius
+  const Vec3d p = point - scene_->origin;
+  return !any_face(scene_->scene, p, radius + scene_->pad, [&](std::uint32_t object, std::uint32_t face) {
+    if (object == FaceId::kNone) return true;  // spheres are round
+    const std::array<Vec3d, 3> corners = scene_->corners(object, face);
+    const Vec3d n = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+    const double length = n.length();
+    return std::abs(n.dot(normal)) < kParallel * length || std::abs((corners[0] - p).dot(n)) > kThin * radius * length;
+  });
 }
 
 Vec3d Surfaces::normal(const FaceId& face, const Vec3d& point) const noexcept {

@@ -60,6 +60,10 @@ class Surfaces {
   /// False only if no face is within the radius (m): conservative.
   bool near(const Vec3d& point, double radius) const noexcept;
 
+  /// True only if all faces within the radius (m) lie along the plane through the point: none stands up
+  /// from it, so that its places see one another.
+  bool flat(const Vec3d& point, const Vec3d& normal, double radius) const noexcept;
+
   /// Unit normal of the front at a point of the face.
   Vec3d normal(const FaceId& face, const Vec3d& point) const noexcept;
   /// Corners of a triangle in the world.

@@ -320,6 +320,7 @@ TraceResult trace_photons(const World& world, const PhotonEmitter& emitter, cons
         }
         part.energy.emitted[batch] += power;
         ++part.emitted;
+        if (power == 0) continue;
         histories.push_back({photon.position, photon.direction, power, photon.in_direct_set, photon.from_beyond,
                              photon.from, 0, 0, static_cast<std::uint32_t>(histories.size()),
                              Stream(settings.seed, first + id, purpose_id(Purpose::tracing, interval))});

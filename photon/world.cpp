@@ -350,6 +350,12 @@ bool World::emits(int interval) const noexcept {
   return false;
 }
 
+bool World::glows(int interval) const noexcept {
+  return std::any_of(contents_.clouds.begin(), contents_.clouds.end(), [interval](const Cloud& cloud) {
+    return !cloud.emission.empty() && cloud.emission[static_cast<std::size_t>(interval)] > 0;
+  });
+}
+
 std::optional<double> World::uniform_source(int interval) const noexcept {
   std::optional<double> result;
   for (int c = 0; c < cloud_count(); ++c) {

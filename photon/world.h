@@ -151,6 +151,8 @@ class World {
 
   bool scatters(int interval) const noexcept;
   bool emits(int interval) const noexcept;
+  /// A cloud emits without absorbing.
+  bool glows(int interval) const noexcept;
   /// Emission over extinction where it is one number in every cloud, W/m2/sr.
   std::optional<double> uniform_source(int interval) const noexcept;
 

@@ -242,7 +242,7 @@ TEST_CASE("light along a ray through clouds and air is that of many small steps"
   const World world(contents);
   const Ray ray{{-1, 0.31, 0.42}, Vec3d(1, 0.41, 0.33).normalized(), 0, 7.5};
   const double k_air = 0.2, B = 3;
-  double clouds_alone = 0, air_alone = 0, both = 0, depth = 0;
+  double both = 0, depth = 0;
   constexpr int kSteps = 1500000;
   const double step = 7.5 / kSteps;
   for (int i = 0; i < kSteps; ++i) {
@@ -250,14 +250,9 @@ TEST_CASE("light along a ray through clouds and air is that of many small steps"
     const LocalOptics local = world.at(0, ray.at(s));
     const double T = std::exp(-depth - 0.5 * local.extinction * step);
     const double glow = B * (1 - std::exp(-k_air * s));
-    clouds_alone += T * local.emission * step;
-    air_alone += T * local.extinction * glow * step;
     both += T * (local.extinction * glow + std::exp(-k_air * s) * local.emission) * step;
     depth += local.extinction * step;
   }
   CHECK(depth > 1);
-  CHECK(light_along(world, 0, ray, true, false) == Approx(clouds_alone).epsilon(1e-4));
-  CHECK(light_along(world, 0, ray, false, true) == Approx(air_alone).epsilon(1e-4));
-  CHECK(light_along(world, 0, ray, true, true) == Approx(both).epsilon(1e-4));
-  CHECK(light_along(world, 0, ray, false, false) == 0);
+  CHECK(light_along(world, 0, ray) == Approx(both).epsilon(1e-4));
 }

@@ -305,3 +305,15 @@ TEST_CASE("near() finds every face within the radius", "[photon][surfaces]") {
   CHECK_FALSE(surfaces.near({1.5, 0.5, 0.05}, 0.4));
   CHECK_FALSE(Surfaces().near({0, 0, 0}, 100));
 }
+
+TEST_CASE("a place is flat where no face stands up from it", "[photon][surfaces]") {
+  std::vector<Object> objects = {placed(sheet(10, 0), {0, 0, 0})};
+  objects.push_back(placed(objects[0].mesh, {0.9, 0, 0.5}, {0, kPi / 2, 0}));  // a wall beside
+  const Surfaces surfaces(objects, {}, {0.5, 0.5, 0});
+  CHECK(surfaces.flat({0.5, 0.5, 0}, {0, 0, 1}, 0.3));
+  CHECK(surfaces.flat({0.5, 0.5, 0}, {0, 0, -1}, 0.3));
+  CHECK_FALSE(surfaces.flat({0.5, 0.5, 0}, {0, 0, 1}, 0.45));
+  CHECK_FALSE(surfaces.flat({0.5, 0.5, 0}, {1, 0, 0}, 0.1));
+  const std::vector<Object> bumps = {placed(sheet(10, 0.1), {0, 0, 0})};
+  CHECK_FALSE(Surfaces(bumps, {}, {0.5, 0.5, 0}).flat({0.5, 0.5, 0.05}, {0, 0, 1}, 0.2));
+}

@@ -350,3 +350,35 @@ TEST_CASE("the surface map holds what the path of light says: a second reflectio
   const Moments map = only(&RadianceParts::map);
   CHECK(agree(map.mean(), map.standard_error(), 0.36 * 5, {.resolution = 0.1}));
 }
+
+TEST_CASE("a small cloud over wide land takes in what it gives off where all is as warm", "[physics][surfaces]") {
+  // By reciprocity: in a black room of radiance B the cloud absorbs of outside light what leaves it of its
+  // own. Land, a plate in and a block beside the cloud, a net above and the sky are all at B.
+  WorldContents contents = grey_contents(rough_wish(0.5, 0.3, kRadiance));
+  contents.sky = {kRadiance};
+  contents.materials = {grey_material(1), grey_material(0.6, 0.4), grey_material(0.8)};
+  contents.materials[2].permeable = 0.5;
+  contents.objects = {grey_object(parallelogram({-100, -100, -1}, {200, 0, 0}, {0, 200, 0}), 0, kRadiance),
+                      grey_object(parallelogram({0.3, 0.4, 1.3}, {2, 0, 0.7}, {0, 2, 0.4}), 1, kRadiance),
+                      grey_object(box_mesh({20, 1, -1}, {30, 9, 12}, false), 1, kRadiance),
+                      grey_object(parallelogram({-2, -2, 4}, {7, 0, 0}, {0, 7, 0}), 2, kRadiance)};
+  contents.objects[1].double_sided = contents.objects[3].double_sided = true;
+  const World world(contents);
+  const auto of_batches = [](const BatchTally& tally, double scale = kBatches) {
+    BatchTally batches = tally;
+    for (double& value : batches) value *= scale;
+    return batch_mean(batches);
+  };
+  TraceSettings settings = photons(400000);
+  settings.sources = {true, false, false, false, false, false, false};
+  const EnergyTally own = trace_light(world, settings).bands[0].energy;
+  BatchTally left;
+  for (std::size_t b = 0; b < left.size(); ++b) left[b] = own.escaped[b] + own.surface[b];
+  settings.sources = {false, true, true, true, true, true, true};
+  settings.photons = 4000000;
+  const EnergyTally outside = trace_light(world, settings).bands[0].energy;
+  const BatchMean gives = of_batches(left), takes = of_batches(outside.absorbed);
+  INFO("gives " << gives.mean << " +- " << gives.standard_error << ", takes " << takes.mean << " +- " << takes.standard_error);
+  CHECK(agree(takes.mean, takes.standard_error, gives.mean,
+              {.resolution = 0.1, .reference_error = gives.standard_error, .degrees_of_freedom = 15}));
+}
