@@ -64,7 +64,12 @@ void PixelSum::add(const RaySample& ray) noexcept {
     Sums& sums = bands_[b];
     const double map = mean_of(sample.map);
     const double radiance = sample.direct + map;
-    if (rays_ > 1) sums.steps2 += (radiance - sums.last) * (radiance - sums.last);
+    if (rays_ == 2) sums.step2 = (radiance - sums.last) * (radiance - sums.last);
+    if (rays_ > 2) {
+      const double bend = radiance - 2 * sums.last + sums.before_last;
+      sums.bends2 += bend * bend;
+    }
+    sums.before_last = sums.last;
     sums.last = radiance;
     sums.radiance += (radiance - sums.radiance) / rays_;
     sums.ray_noise += variance_of_mean(sample.map, map);
@@ -94,12 +99,12 @@ PixelBand PixelSum::band(int index) const noexcept {
   }
   const double batch_variance = variance_of_mean(map, mean_of(map));
 
-  // Rays are stratified: neighbours see much the same, so that their differences tell the noise that
-  // is left where the scatter about the mean would add the picture's own slope.
+  // Rays are stratified and successive ones are neighbours: a slope of the picture is no noise, and second
+  // differences do not see it (of independent values they have six times the variance).
   // Rays scatter by what they see and by the map's noise that they do not share; the latter is in
   // the batches already and comes off (METHODS.md).
   if (rays_ > 1) {
-    const double scatter = sums.steps2 / (2 * n * (n - 1));
+    const double scatter = (rays_ == 2 ? sums.step2 / 2 : sums.bends2 / (6 * (n - 2))) / n;
     const double counted = std::max(0.0, (sums.ray_noise / n - batch_variance) / (n - 1));
     result.ray_variance = std::max(0.0, scatter - counted);
   }

@@ -50,7 +50,9 @@ class PixelSum {
   struct Sums {
     double radiance = 0;     // running mean
     double last = 0;         // of the ray before
-    double steps2 = 0;       // sum of squared differences between successive rays
+    double before_last = 0;
+    double step2 = 0;        // squared difference of the first two rays
+    double bends2 = 0;       // sum of squared second differences of successive rays
     double ray_noise = 0;    // sum over rays of the batches' variance of the mean
     double bias = 0;
     double transmission = 0;

@@ -23,7 +23,8 @@ Stratum stratum(int index, int count) noexcept {
   Stratum cell;
   cell.width = 1.0 / cells;
   cell.height = static_cast<double>(cells) / count;
-  cell.x_min = (index - first) * cell.width;
+  // There and back, so that successive cells touch.
+  cell.x_min = (row % 2 ? first + cells - 1 - index : index - first) * cell.width;
   cell.y_min = static_cast<double>(first) / count;
   return cell;
 }

@@ -66,7 +66,7 @@ TEST_CASE("strata of any number tile the pixel in equal areas", "[sensor][sample
     }
     CHECK(area == Approx(1).epsilon(1e-12));
   }
-  CHECK(stratum(5, 16).x_min == 0.25);
+  CHECK(stratum(5, 16).x_min == 0.5);
   CHECK(stratum(5, 16).y_min == 0.25);
 }
 
