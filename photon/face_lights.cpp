@@ -1,7 +1,10 @@
 #include "photon/face_lights.h"
 
 #include <algorithm>
-#include <map>
+#include <bit>
+#include <set>
+
+#include <tbb/parallel_sort.h>
 
 #include "photon/sampling.h"
 #include "photon/world.h"
@@ -23,12 +26,67 @@ double exitance(const World& world, int interval, const FaceId& face) noexcept {
   return kPi * material.hemispherical_emissivity() * (1 - material.permeable()) * mean_black(world, interval, face);
 }
 
+using Corners = std::array<std::array<double, 3>, 3>;
+
+/// In an order that does not depend on how the face names them.
+Corners sorted_corners(const Mesh& mesh, std::size_t face) noexcept {
+  Corners corners;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const Vec3d& v = mesh.vertices[mesh.faces[face][c]];
+    corners[c] = {v.x + 0.0, v.y + 0.0, v.z + 0.0};  // no -0
+  }
+  std::sort(corners.begin(), corners.end());
+  return corners;
+}
+
+std::uint64_t hash_of(const Corners& corners) noexcept {
+  std::uint64_t hash = 0;
+  for (const auto& corner : corners) {
+    for (const double x : corner) {
+      hash = (hash ^ std::bit_cast<std::uint64_t>(x)) * 0x9E3779B97F4A7C15u;
+      hash ^= hash >> 29;
+    }
+  }
+  return hash;
+}
+
+/// What makes two objects the same body in the same place.
+auto body_of(const Object& object) {
+  std::array<double, 12> map;
+  for (int row = 0; row < 4; ++row) {
+    for (int axis = 0; axis < 3; ++axis) map[static_cast<std::size_t>(3 * row + axis)] = object.local_to_world[row][axis];
+  }
+  return std::tuple(object.mesh.get(), object.mesh ? 0.0 : object.radius, map);
+}
+
 }  // namespace
 
-FaceLights::FaceLights(const World& world, int interval) : interval_(interval) {
+const std::vector<bool>& TwinFaces::of(const Mesh& mesh) {
+  const auto [place, added] = found_.try_emplace(&mesh);
+  std::vector<bool>& twins = place->second;
+  if (!added) return twins;
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> faces(mesh.faces.size());
+  for (std::uint32_t f = 0; f < faces.size(); ++f) faces[f] = {hash_of(sorted_corners(mesh, f)), f};
+  tbb::parallel_sort(faces.begin(), faces.end());
+  for (std::size_t first = 0, i = 1; i < faces.size(); ++i) {
+    // Of faces with one hash the first is the lowest; other faces than it are as good as impossible there.
+    if (faces[i].first != faces[first].first) {
+      first = i;
+    } else if (sorted_corners(mesh, faces[i].second) == sorted_corners(mesh, faces[first].second)) {
+      twins.resize(faces.size());
+      twins[faces[i].second] = true;
+    }
+  }
+  return twins;
+}
+
+FaceLights::FaceLights(const World& world, int interval, TwinFaces& twin_faces)
+    : interval_(interval), emitter_of_(world.objects().size(), -1) {
+  std::set<decltype(body_of(world.objects().front()))> bodies;
   std::map<const Mesh*, std::shared_ptr<const std::vector<double>>> areas;
   for (std::uint32_t o = 0; o < world.objects().size(); ++o) {
     const Object& object = world.objects()[o];
+    if (!bodies.insert(body_of(object)).second) continue;
     const double sides = object.double_sided ? 2 : 1;
     double power = 0;
     Emitter emitter{o, nullptr};
@@ -42,12 +100,14 @@ FaceLights::FaceLights(const World& world, int interval) : interval_(interval) {
       if (shared && *shared) {
         emitter.sums = *shared;
       } else {
+        const std::vector<bool>& twins = twin_faces.of(mesh);
         std::vector<double> sums;
         sums.reserve(mesh.faces.size());
         double sum = 0;
         for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
           const FaceId face{o, f};
-          sum += world.surfaces().area(face) * (alike ? 1.0 : exitance(world, interval, face));
+          const bool hidden = !twins.empty() && twins[f];
+          if (!hidden) sum += world.surfaces().area(face) * (alike ? 1.0 : exitance(world, interval, face));
           sums.push_back(sum);
         }
         emitter.sums = std::make_shared<const std::vector<double>>(std::move(sums));
@@ -57,8 +117,8 @@ FaceLights::FaceLights(const World& world, int interval) : interval_(interval) {
         // Sums that another copy has made are in its scale.
         double first = 0;
         for (std::uint32_t f = 0; f < mesh.faces.size() && !(first > 0); ++f) {
-          const double here = world.surfaces().area({o, f});
-          if (here > 0) first = here / ((*emitter.sums)[f] - (f ? (*emitter.sums)[f - 1] : 0.0));
+          const double step = (*emitter.sums)[f] - (f ? (*emitter.sums)[f - 1] : 0.0);
+          if (step > 0) first = world.surfaces().area({o, f}) / step;
         }
         power = emitter.sums->back() * first * exitance(world, interval, {o, 0});
       } else {
@@ -67,6 +127,7 @@ FaceLights::FaceLights(const World& world, int interval) : interval_(interval) {
     }
     if (!(power > 0)) continue;
     power_ += power * sides;
+    emitter_of_[o] = static_cast<int>(objects_.size());
     objects_.push_back(std::move(emitter));
     cumulative_.push_back(power_);
   }
@@ -112,7 +173,11 @@ FaceLights::Place FaceLights::sample(const World& world, double u, double v, dou
 }
 
 double FaceLights::density(const World& world, const FaceId& face) const noexcept {
-  return power_ > 0 ? exitance(world, interval_, face) / power_ : 0.0;
+  const int emitter = emitter_of_[face.surface];
+  if (emitter < 0) return 0;
+  const auto& sums = objects_[static_cast<std::size_t>(emitter)].sums;
+  if (sums && !((*sums)[face.face] > (face.face ? (*sums)[face.face - 1] : 0.0))) return 0;  // no area, or a twin
+  return exitance(world, interval_, face) / power_;
 }
 
 }  // namespace obscura

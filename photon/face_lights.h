@@ -1,6 +1,7 @@
 // The faces of objects that emit at one interval, to be chosen in proportion to their power.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -10,10 +11,22 @@ namespace obscura {
 
 class World;
 
-/// Immutable. Objects whose faces emit alike share the sums of their mesh's areas.
+/// Faces that have their three corners in the places of an earlier face of their mesh: rays meet that one, so
+/// these neither shine nor are seen. Found when first asked for.
+class TwinFaces {
+ public:
+  /// Whether each face is such a twin; empty: none is.
+  const std::vector<bool>& of(const Mesh& mesh);
+
+ private:
+  std::map<const Mesh*, std::vector<bool>> found_;
+};
+
+/// Immutable. An object that is an exact copy of an earlier one in its very place emits nothing, as twin
+/// faces. Objects whose faces emit alike share the sums of their mesh's areas.
 class FaceLights {
  public:
-  FaceLights(const World& world, int interval);
+  FaceLights(const World& world, int interval, TwinFaces& twins);
 
   bool empty() const noexcept { return objects_.empty(); }
   /// Of all emitting sides, W.
@@ -44,6 +57,7 @@ class FaceLights {
   int interval_;
   double power_ = 0;
   std::vector<Emitter> objects_;
+  std::vector<int> emitter_of_;     // of each object of the World; -1: none
   std::vector<double> cumulative_;  // W
 };
 

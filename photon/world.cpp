@@ -292,7 +292,8 @@ void World::light_surfaces() {
     }
     surfaces_reflect_.push_back(reflect);
   }
-  for (int i = 0; i < interval_count(); ++i) face_lights_.emplace_back(*this, i);
+  TwinFaces twins;
+  for (int i = 0; i < interval_count(); ++i) face_lights_.emplace_back(*this, i, twins);
 }
 
 void World::make_map_frame() {

@@ -260,6 +260,38 @@ TEST_CASE("a sphere that touches a plane leaves no gap and lights the floor abou
   check_numbers(world, {3, 0, 1}, {0, 0, 0});
 }
 
+TEST_CASE("thousands of coincident copies are as one", "[stability][surfaces]") {
+  const auto seen_by_floor = [](int copies, bool in_one_mesh) {
+    WorldContents contents = empty_contents(0.1);
+    contents.materials = {grey_material(0.6), grey_material(0.5)};
+    auto mesh = std::make_shared<Mesh>(*parallelogram({-1, -1, 1}, {0, 2, 0}, {2, 0, 0}));
+    if (in_one_mesh) {
+      const auto faces = mesh->faces;
+      for (int i = 1; i < copies; ++i) mesh->faces.insert(mesh->faces.end(), faces.begin(), faces.end());
+    }
+    contents.objects.push_back(grey_object(parallelogram({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), 1, 0));
+    for (int i = 0; i < (in_one_mesh ? 1 : copies); ++i) contents.objects.push_back(grey_object(mesh, 0, kB));
+    const World world(contents);
+    // Looked at, whichever copy it is, it is there once.
+    CHECK(unscattered(world, {0.3, 0.2, 0.5}, {0, 0, 1}) == Approx(0.6 * kB).epsilon(1e-12));
+    const SurfaceHit hit = world.surfaces().intersect({{0.3, 0.2, 0.5}, {0, 0, 1}, 0, kInfinity});
+    CHECK(hit.id.surface == 1);
+    CHECK(hit.id.face < 2);
+    const RayRadiance seen = ray_radiance(world, {}, {{0.3, 0.2, 0.5}, {0, 0, -1}, 0, kInfinity}, 3000);
+    TraceSettings settings = photons(500);
+    settings.sources.sky = false;
+    const BandLight light = trace_light(world, settings).bands[0];
+    return std::array<double, 3>{seen.mean, seen.error, total(light.energy.emitted)};
+  };
+  const auto one = seen_by_floor(1, false);
+  for (const bool in_one_mesh : {false, true}) {
+    INFO((in_one_mesh ? "faces" : "objects"));
+    const auto many = seen_by_floor(1000, in_one_mesh);
+    CHECK(agree(many[0], many[1], one[0], {.resolution = 0.1, .reference_error = one[1], .comparisons = 2}));
+    CHECK(many[2] == Approx(one[2]).epsilon(0.1));
+  }
+}
+
 TEST_CASE("mirrors that face each other end, with and without light of their own", "[stability][surfaces]") {
   for (const double emissivity : {0.0, 0.1}) {
     WorldContents contents = empty_contents(0.5);
