@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "octree/base/statistics.h"
+#include "photon/sampling.h"
 #include "tests/support/agree.h"
 #include "tests/support/shapes_of_surfaces.h"
 
@@ -199,6 +200,32 @@ TEST_CASE("in a corner of two walls each keeps its own light", "[photon][surface
                  kIrradiance, 0.04);
     check_within(many_times(world, 20, lay, [&](Stream& random) { return Look{{1, 0.5 + 3 * random.uniform(), from_wall}, {-1, 0, 0}}; }),
                  5 * kIrradiance, 0.04);
+  }
+}
+
+TEST_CASE("an even sphere has its irradiance outside and inside", "[photon][surface_density]") {
+  for (const bool inside : {false, true}) {
+    WorldContents contents = empty_contents();
+    contents.materials = {grey_material(0.5)};
+    Object ball = grey_sphere({0, 0, 0}, 1, 0, 0);
+    ball.double_sided = true;
+    contents.objects = {ball};
+    const World world(contents);
+    const auto lay = [&](Landed& landed) {
+      constexpr int kCount = 20000;
+      for (int i = 0; i < kCount; ++i) {
+        const double u = landed.random.uniform();
+        const Vec3d out = uniform_direction(u, landed.random.uniform());
+        const Vec3d normal = inside ? -out : out;
+        landed.add(out, normal, kIrradiance * 4 * kPi / kCount, -normal);
+      }
+    };
+    INFO((inside ? "inside" : "outside"));
+    check_within(many_times(world, 15, lay, [&](Stream& random) {
+      const double u = random.uniform();
+      const Vec3d out = uniform_direction(u, random.uniform());
+      return inside ? Look{Vec3d(0), out} : Look{2.0 * out, -out};
+    }), kIrradiance, 0.02);
   }
 }
 
