@@ -31,6 +31,10 @@ double ball_distance(const Ray& ray, const Ball& ball, bool on_it) noexcept {
   const double root = std::sqrt(discriminant);
   const double c = to_origin.dot(to_origin) - ball.radius * ball.radius;
   double t = kInfinity;
+  // What starts on the sphere but for rounding and goes outward leaves it.
+  const double rounding = 16 * std::numeric_limits<double>::epsilon() * ball.radius *
+                          (ray.origin.length() + ball.center.length());
+  if (b <= 0 && c >= -rounding) return kInfinity;
   if (on_it) {
     t = b + root;  // across the inside, if it goes there at all
     if (!ball.seen_from_inside || !(b > 0)) return kInfinity;

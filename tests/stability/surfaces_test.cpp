@@ -226,6 +226,10 @@ TEST_CASE("a camera on a surface sees what is before it, and along it the sky", 
     CHECK(unscattered(world, on, {std::cos(angle), std::sin(angle), 0}) == 0.5);
     // Just below the horizon from just above the surface, the floor again.
     CHECK(unscattered(world, on + Vec3d(0, 0, 1e-6), {std::cos(angle), std::sin(angle), -1e-4}) == Approx(0.6 * kB).epsilon(1e-12));
+    // On a sphere, outward.
+    const double u = random.uniform();
+    const Vec3d out = uniform_direction(u, random.uniform());
+    if (out.z > 0.1) CHECK(unscattered(world, Vec3d(0, 0, 10) + 2.0 * out, out) == 0.5);
   }
   check_numbers(world, {0.5, 0.25, 0}, {0.6, 0.2, 1});
   check_numbers(world, {0.5, 0.25, 0}, {3, 2, 0});
