@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -38,6 +39,7 @@ class PhotonEmitter {
   PhotonEmitter(const World& world, int interval, const SourceSelection& selection = {}, const Box3d& around = {});
 
   int interval() const noexcept { return interval_; }
+  bool emits() const noexcept { return !sources_.empty(); }
   /// Power of all sources, W.
   double power() const noexcept { return power_; }
 
@@ -48,6 +50,17 @@ class PhotonEmitter {
   /// Makes photons of each group as frequent as its share says; weights make up for it.
   /// @param shares one for each group, > 0
   void set_shares(std::span<const double> shares);
+
+  /// A sphere about the clouds where the World is much larger: light that has left its source otherwise is
+  /// aimed at it.
+  struct Focus {
+    Vec3d center;
+    double radius;
+  };
+  std::optional<Focus> focus() const noexcept {
+    if (targets_.size() < 2) return std::nullopt;
+    return Focus{targets_[1].center, targets_[1].radius};
+  }
 
   /// Remembers the voxels of the block that it last emitted from: photons that come in the order of
   /// their first number find it there.

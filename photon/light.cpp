@@ -43,11 +43,11 @@ void refuse_unfit(const World& world, std::span<const FluxRectangle> rectangles)
 /// Photons of each group of sources by what they leave in the maps: as many as make the sum's noise least,
 /// which is in proportion to the root mean square of what one of them stores. A few of each tell.
 void share_photons(const World& world, PhotonEmitter& emitter, const TraceSettings& settings) {
-  constexpr std::uint64_t kPilot = 4096;
+  const std::uint64_t pilots = std::clamp<std::uint64_t>(settings.photons / 50, 4096, 65536);
   constexpr double kLeast = 0.01;  // of the largest: a source may store late what the pilot has not seen
-  if (emitter.group_count() < 2 || settings.photons < 4 * kPilot) return;
+  if (emitter.group_count() < 2 || settings.photons < 4 * pilots) return;
   TraceSettings pilot = settings;
-  pilot.photons = kPilot;
+  pilot.photons = pilots;
   pilot.photon_power_min = 0;
   pilot.seed = ~settings.seed;
   std::vector<double> shares;

@@ -88,10 +88,10 @@ std::vector<Photon> in_order(Stored& stored) {
 /// A chunk of histories of one batch, all of them one flight at a time.
 class Chunk {
  public:
-  Chunk(const World& world, int interval, const TraceSettings& settings, std::span<const FluxRectangle> rectangles,
-        std::size_t batch, ChunkResult& result)
-      : world_(world), interval_(interval), settings_(settings), rectangles_(rectangles), batch_(batch),
-        result_(result) {}
+  Chunk(const World& world, const PhotonEmitter& emitter, const TraceSettings& settings,
+        std::span<const FluxRectangle> rectangles, std::size_t batch, ChunkResult& result)
+      : world_(world), interval_(emitter.interval()), focus_(emitter.focus()), settings_(settings),
+        rectangles_(rectangles), batch_(batch), result_(result) {}
 
   /// Follows them to their ends.
   void run(std::vector<History> active) {
@@ -199,13 +199,19 @@ class Chunk {
     history.in_direct_set = history.from_beyond = false;
     history.from = at.id;
 
-    // Roulette with the reflectance, then a mirror or chalk.
-    if (history.stream.uniform() >= at.reflectance(at.cosine)) {
-      energy.surface[batch_] += history.power;
-      return false;
-    }
+    // At the first surface the reflected share goes on: land that is nearly black would else send few and
+    // strong photons. Later roulette decides, and survivors keep their power.
     if (++history.reflections > kMostReflections) {
       energy.truncated[batch_] += history.power;
+      return false;
+    }
+    const double reflectance = at.reflectance(at.cosine);
+    if (history.reflections == 1 && history.collisions == 0) {
+      energy.surface[batch_] += (1 - reflectance) * history.power;
+      history.power *= reflectance;
+      if (!(history.power > 0)) return false;
+    } else if (history.stream.uniform() >= reflectance) {
+      energy.surface[batch_] += history.power;
       return false;
     }
     if (history.stream.uniform() < at.material->specular()) {
@@ -214,12 +220,38 @@ class Chunk {
           mirror_direction(history.direction, at.normal, at.material->roughness(), history.stream, exact);
       return true;
     }
-    // In proportion to the reflectance of where it goes, by rejection.
-    for (;;) {
-      const double u = history.stream.uniform();
-      history.direction = cosine_direction(at.normal, u, history.stream.uniform());
-      if (history.stream.uniform() < at.reflectance(history.direction.dot(at.normal))) return true;
+    return reflect_diffusely(history, at);
+  }
+
+  /// In proportion to cosine and reflectance; at the first surface half of all at the clouds, with weights.
+  bool reflect_diffusely(History& history, const SurfacePoint& at) {
+    Stream& stream = history.stream;
+    const auto lambertian = [&] {
+      for (;;) {
+        const double u = stream.uniform();
+        const Vec3d direction = cosine_direction(at.normal, u, stream.uniform());
+        if (stream.uniform() < at.reflectance(direction.dot(at.normal))) return direction;
+      }
+    };
+    const Vec3d way = focus_ ? focus_->center - at.position : Vec3d(0);
+    const double distance = way.length();
+    if (!focus_ || history.reflections > 1 || history.collisions > 0 || distance < 1.05 * focus_->radius) {
+      history.direction = lambertian();
+      return true;
     }
+    const double sine = focus_->radius / distance;
+    const double u = stream.uniform(), v = stream.uniform();
+    const auto [aimed, solid_angle] = cone_direction(way / distance, sine, u, v);
+    history.direction = stream.uniform() < 0.5 ? aimed : lambertian();
+    const double cosine = history.direction.dot(at.normal);
+    const double wanted =
+        cosine > 0 ? cosine * at.reflectance(cosine) / (kPi * (1 - at.material->hemispherical_emissivity())) : 0.0;
+    const bool in_cone = history.direction.dot(way) >= distance * std::sqrt(1 - sine * sine);
+    const double weight = wanted / (0.5 * wanted + (in_cone ? 0.5 / solid_angle : 0.0));
+    // What the weight gives or takes is as if emitted: the balance stays exact.
+    result_.energy.emitted[batch_] += (weight - 1) * history.power;
+    history.power *= weight;
+    return history.power > 0;
   }
 
   void store(Stored& list, const History& history, std::uint16_t label) {
@@ -244,6 +276,7 @@ class Chunk {
 
   const World& world_;
   int interval_;
+  std::optional<PhotonEmitter::Focus> focus_;
   const TraceSettings& settings_;
   std::span<const FluxRectangle> rectangles_;
   std::size_t batch_;
@@ -277,7 +310,7 @@ TraceResult trace_photons(const World& world, const PhotonEmitter& emitter, cons
   const int interval = emitter.interval();
   TraceResult result;
   result.flux.resize(rectangles.size());
-  if (settings.photons == 0 || !(emitter.power() > 0)) return result;
+  if (settings.photons == 0 || !emitter.emits()) return result;
 
   // Batches are dealt equal shares; with fewer photons than batches some stay empty.
   const std::uint64_t batches = std::min<std::uint64_t>(settings.photons, kBatches);
@@ -325,7 +358,7 @@ TraceResult trace_photons(const World& world, const PhotonEmitter& emitter, cons
                              photon.from, 0, 0, static_cast<std::uint32_t>(histories.size()),
                              Stream(settings.seed, first + id, purpose_id(Purpose::tracing, interval))});
       }
-      Chunk(world, interval, settings, rectangles, batch, part).run(std::move(histories));
+      Chunk(world, emitter, settings, rectangles, batch, part).run(std::move(histories));
       progress.report("photons", done += end - begin, settings.photons);
     });
 
