@@ -320,7 +320,15 @@ namespace {
 
 /// Embree's ray starts beside the surfaces, not at the ray's origin: in float a ray from afar would pass
 /// them by. False where it misses their bounds.
-bool start(Query& query, RTCRay& out, const Box3d& bounds) noexcept {
+template <class Scene>
+bool start(Query& query, RTCRay& out, const Scene& scene, const Ray& ray, FaceId from) noexcept {
+  query.scene = &scene;
+  query.ray = ray;
+  query.ray.origin -= scene.origin;
+  query.from = from;
+  query.pad = scene.pad;
+  query.tie = scene.tie;
+  const Box3d& bounds = scene.bounds;
   const auto [enter, leave] = clip(query.ray, {bounds.min - Vec3d(query.pad), bounds.max + Vec3d(query.pad)});
   if (!(enter < leave)) return false;
   rtcInitIntersectContext(&query.context);
@@ -344,14 +352,8 @@ bool start(Query& query, RTCRay& out, const Box3d& bounds) noexcept {
 SurfaceHit Surfaces::intersect(const Ray& ray, FaceId from) const noexcept {
   if (!scene_) return {};
   Query query;
-  query.scene = scene_.get();
-  query.ray = ray;
-  query.ray.origin -= scene_->origin;
-  query.from = from;
-  query.pad = scene_->pad;
-  query.tie = scene_->tie;
   RTCRayHit hit;
-  if (!start(query, hit.ray, scene_->bounds)) return {};
+  if (!start(query, hit.ray, *scene_, ray, from)) return {};
   hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(scene_->scene, &query.context, &hit);
@@ -361,14 +363,8 @@ SurfaceHit Surfaces::intersect(const Ray& ray, FaceId from) const noexcept {
 bool Surfaces::occluded(const Ray& ray, FaceId from) const noexcept {
   if (!scene_) return false;
   Query query;
-  query.scene = scene_.get();
-  query.ray = ray;
-  query.ray.origin -= scene_->origin;
-  query.from = from;
-  query.pad = scene_->pad;
-  query.tie = scene_->tie;
   RTCRay out;
-  if (!start(query, out, scene_->bounds)) return false;
+  if (!start(query, out, *scene_, ray, from)) return false;
   rtcOccluded1(scene_->scene, &query.context, &out);
   return query.best.exists();
 }
