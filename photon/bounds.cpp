@@ -9,6 +9,26 @@
 #include "photon/sampling.h"
 
 namespace obscura {
+namespace {
+
+struct LargestScattering {
+  double albedo = 0;
+  double mean_cosine = -1;
+};
+
+LargestScattering largest_scattering(const World& world, int interval) {
+  LargestScattering largest;
+  for (int c = 0; c < world.cloud_count(); ++c) {
+    for (const CloudOptics::Part& part : world.optics(c, interval).parts()) {
+      if (!(part.scattering > 0)) continue;
+      largest.albedo = std::max(largest.albedo, part.scattering / part.extinction);
+      largest.mean_cosine = std::max(largest.mean_cosine, part.phase->mean_cosine());
+    }
+  }
+  return largest;
+}
+
+}  // namespace
 
 double largest_optical_depth(const World& world, int interval, int chords) {
   if (world.bounds().isEmpty()) return 0;
@@ -31,16 +51,13 @@ double largest_optical_depth(const World& world, int interval, int chords) {
   return *std::max_element(depths.begin(), depths.end());
 }
 
+double largest_scattering_depth(const World& world, int interval, int chords) {
+  const double albedo = largest_scattering(world, interval).albedo;
+  return albedo > 0 ? albedo * largest_optical_depth(world, interval, chords) : 0.0;
+}
+
 void refuse_endless_histories(const World& world, int interval, std::string_view method) {
-  double albedo = 0;
-  double forward = -1;
-  for (int c = 0; c < world.cloud_count(); ++c) {
-    for (const CloudOptics::Part& part : world.optics(c, interval).parts()) {
-      if (!(part.scattering > 0)) continue;
-      albedo = std::max(albedo, part.scattering / part.extinction);
-      forward = std::max(forward, part.phase->mean_cosine());
-    }
-  }
+  const auto [albedo, forward] = largest_scattering(world, interval);
   if (albedo == 0) return;
   const double depth = largest_optical_depth(world, interval);
   if (depth * (1 - forward) > 1e4 && 1 - albedo < 1 / depth) {

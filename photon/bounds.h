@@ -9,6 +9,9 @@ namespace obscura {
 /// estimate from below that the thickest direction exceeds by little where clouds are not needles.
 double largest_optical_depth(const World& world, int interval, int chords = 256);
 
+/// The same for scattering alone, taken from the largest albedo: an estimate from above where it varies.
+double largest_scattering_depth(const World& world, int interval, int chords = 256);
+
 /// Throws where a photon's history would practically never end: depth times (1 - g) above 1e4 while
 /// less than one collision in `depth` absorbs.
 /// @throws NumericalError that names the method and points to another one.

@@ -15,6 +15,44 @@ DirectLight::DirectLight(const World& world, int interval, const RadianceParts& 
   ambient_ = sky_ || (parts.emission && air_ > 0);
   faces_ = parts.surfaces && !world.face_lights(interval).empty();
   spheres_ = parts.spheres ? world.source_count() : 0;
+  if (parts.spheres) all_spheres_ = SphereLights(world, interval);
+  beams_ = parts.map ? world.beams().size() : 0;
+}
+
+SphereLights::SphereLights(const World& world, int interval) {
+  double sum = 0;
+  for (const HotSphere& sphere : world.spheres()) {
+    sum += sphere.radius * sphere.radius * sphere.radiance[static_cast<std::size_t>(interval)];
+    sums_.push_back(sum);
+  }
+  if (!(sum > 0)) sums_.clear();
+}
+
+double DirectLight::discs_found(const Vec3d& toward, double density) const noexcept {
+  if (!suns_) return 0;
+  double radiance = 0;
+  for (const Sun& sun : world_.suns()) {
+    if (!sun.covers(toward)) continue;
+    const double other = solid_angle(sun) * density;
+    radiance += sun.radiance(interval_) * (other < kInfinity ? other / (1 + other) : 1.0);
+  }
+  return radiance;
+}
+
+double DirectLight::face_found(const SurfacePoint& there, double t, double density) const noexcept {
+  const double radiance = faces_ ? there.emission(there.cosine) : 0.0;
+  if (!(radiance > 0) || density == kInfinity) return radiance;
+  const double other = world_.face_lights(interval_).density(world_, there.id) * t * t / there.cosine;
+  return radiance * density / (density + other);
+}
+
+double DirectLight::sphere_found(const Vec3d& from, const SurfacePoint& there, double density) const noexcept {
+  if (all_spheres_.empty() || density == kInfinity) return all_spheres_.empty() ? 0.0 : there.black;
+  const std::size_t s = there.id.surface - world_.objects().size();
+  const HotSphere& sphere = world_.spheres()[s];
+  const double sine = std::min(1.0, sphere.radius / (sphere.center - from).length());
+  const double solid_angle = 2 * kPi * sine * sine / (1 + std::sqrt(1 - sine * sine));
+  return there.black * density / (density + all_spheres_.chance(s) / solid_angle);
 }
 
 void DirectLight::shoot(std::uint32_t owner, double radiance, const Ray& ray, double air_weight,
@@ -24,7 +62,7 @@ void DirectLight::shoot(std::uint32_t owner, double radiance, const Ray& ray, do
   shadows_.push_back({owner, radiance, air_weight, target_depth});
 }
 
-void DirectLight::shoot_sampled(std::uint32_t owner, double weight, double density, const Ray& ray,
+void DirectLight::shoot_drawn(std::uint32_t owner, double weight, double density, const Ray& ray,
                                 const SurfaceHit& hit, double target_depth) {
   const double air_weight = air_ > 0 ? weight : 0.0;
   if (!hit.exists()) {
@@ -33,31 +71,22 @@ void DirectLight::shoot_sampled(std::uint32_t owner, double weight, double densi
   }
   double radiance = 0;
   if (hit.id.surface < world_.objects().size()) {
-    const SurfacePoint there = world_.surface_at(interval_, ray, hit);
-    radiance = faces_ ? there.emission(there.cosine) : 0.0;
-    if (radiance > 0) {
-      const double other = world_.face_lights(interval_).density(world_, hit.id) * hit.t * hit.t / there.cosine;
-      radiance *= density / (density + other);
-    }
+    radiance = face_found(world_.surface_at(interval_, ray, hit), hit.t, density);
   }
   radiance *= air(hit.t);
   shoot(owner, weight * radiance, ray, air_weight, target_depth);
 }
 
-std::size_t DirectLight::arrive(std::span<Incoming> incoming) {
+void DirectLight::attenuate() {
   std::vector<double> depths(rays_.size());
   world_.optical_depths(interval_, rays_, depths);
   for (std::size_t s = 0; s < rays_.size(); ++s) {
-    incoming[shadows_[s].owner].direct += shadows_[s].radiance * std::exp(-depths[s]);
+    arrived_.emplace_back(shadows_[s].owner, shadows_[s].radiance * std::exp(-depths[s]));
   }
-  if (air_ > 0) add_air(incoming);
-  const std::size_t count = rays_.size();
-  rays_.clear();
-  shadows_.clear();
-  return count;
+  if (air_ > 0) add_air();
 }
 
-void DirectLight::add_air(std::span<Incoming> incoming) const {
+void DirectLight::add_air() {
   // The air glows from the point to where the first thing hides what is behind: a cloud, by chance with
   // the probability of a collision, or a surface. Behind nothing there is the sky, which is given whole.
   std::vector<Flight> flights;
@@ -72,7 +101,8 @@ void DirectLight::add_air(std::span<Incoming> incoming) const {
   for (std::size_t i = 0; i < flights.size(); ++i) {
     const double end = ends[i].collided ? ends[i].t : flights[i].ray.t_max;
     if (end == kInfinity) continue;
-    incoming[shadows[i]->owner].direct += shadows[i]->air_weight * world_.air_radiance(interval_) * one_minus_exp(air_ * end);
+    arrived_.emplace_back(shadows[i]->owner,
+                          shadows[i]->air_weight * world_.air_radiance(interval_) * one_minus_exp(air_ * end));
   }
 }
 

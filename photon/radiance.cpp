@@ -4,10 +4,9 @@
 #include <vector>
 
 #include "octree/base/random.h"
-#include "photon/direct_light.h"
+#include "photon/gather.h"
+#include "photon/map_light.h"
 #include "photon/purpose.h"
-#include "photon/scatter.h"
-#include "photon/surface_density.h"
 #include "photon/transfer.h"
 
 namespace obscura {
@@ -15,14 +14,14 @@ namespace {
 
 using detail::CloudScatterer;
 using detail::SurfaceScatterer;
+using detail::map_light;
 
-/// Most scattering points of one leg, and the steps of a leg that have streams of their own: 0 for the
-/// points' places, then one for the light at each point.
-constexpr int kMostPoints = 64;
+/// The steps of a leg that have streams of their own: 0 for the points' places, then one for the light at
+/// each point.
 constexpr int kMapStep = kMostPoints + 1;
 constexpr int kMeetStep = kMostPoints + 2;
-constexpr int kReflectStep = kMostPoints + 3;
-constexpr int kSteps = kMostPoints + 4;
+constexpr int kReflectStep = kMostPoints + 3;  // one for each path from a surface
+constexpr int kSteps = 2 * kMostPoints + 4;
 
 /// A stretch of a camera ray: from the sensor to a surface or infinity, then from mirror to mirror.
 struct Leg {
@@ -44,26 +43,6 @@ struct ScatteringPoint {
   double weight;  // what radiance scattered there counts at the sensor
 };
 
-/// The surroundings of a point of the map's frame, which end at surfaces. The cubature turns with the ray,
-/// not with the place: what rounding does to a place then shows nowhere.
-struct Sight {
-  const World& world;
-  Vec3d ray_key;
-
-  Vec3d key(const Vec3d&) const noexcept { return ray_key; }
-
-  bool obstructed(const Vec3d& x, double radius) const noexcept {
-    return !world.surfaces().empty() && world.surfaces().near(transform_point(world.map_to_world(), x), radius);
-  }
-  bool sees(const Vec3d& x, const Vec3d& y) const noexcept {
-    const Vec3d way = y - x;
-    const double distance = way.length();
-    return !(distance > 0) ||
-           !world.surfaces().occluded({transform_point(world.map_to_world(), x),
-                                       transform_direction(world.map_to_world(), way / distance), 0, distance});
-  }
-};
-
 /// Everything that one call works on, so that its steps can be read one by one.
 class Pass {
  public:
@@ -71,7 +50,8 @@ class Pass {
        std::span<const Ray> rays, std::span<const std::uint64_t> histories, std::span<Incoming> incoming)
       : world_(world), interval_(interval), maps_(maps), settings_(settings), rays_(rays),
         histories_(histories), incoming_(incoming), air_(world.air_extinction(interval)),
-        direct_(world, interval, settings.parts) {
+        direct_(world, interval, settings.parts), gather_(world, interval, maps, settings, direct_),
+        beyond_(gather_.wanted() ? detail::Beyond::path : detail::Beyond::map) {
     counts_.rays = rays.size();
   }
 
@@ -88,15 +68,18 @@ class Pass {
       if (settings_.parts.emission) add_emission();
       if (world_.scatters(interval_) && settings_.scattering_depth.value_or(1) > 0) {
         place_points();
-        if (!direct_.empty()) add_direct_light();
-        if (settings_.parts.map && maps_ && maps_->volume.size() > 0) add_map();
+        add_direct_light();
+        if (!gather_.wanted() && settings_.parts.map && maps_ && maps_->volume.size() > 0) add_map();
       }
       std::vector<Leg> mirrored;
       if (world_.surfaces_reflect(interval_)) reflect(mirrored);
-      counts_.shadow_rays += direct_.arrive(incoming_);
+      if (!gather_.wanted()) {
+        counts_.shadow_rays += direct_.arrive([this](std::uint32_t ray, double light) { incoming_[ray].direct += light; });
+      }
       counts_.mirror_rays += mirrored.size();
       legs_ = std::move(mirrored);
     }
+    if (gather_.wanted()) gather_.finish(incoming_, counts_);
     for (Incoming& in : incoming_) drop_anomalies(in);
     return counts_;
   }
@@ -188,12 +171,20 @@ class Pass {
   }
 
   void add_direct_light() {
+    if (direct_.empty() && !gather_.wanted()) return;
     for (const ScatteringPoint& point : points_) {
       const Leg& leg = legs_[point.leg];
-      Stream stream = stream_of(leg, 1 + point.number);
-      direct_.add(leg.owner, point.weight, CloudScatterer(world_, interval_, leg.ray, point.t), stream,
-                  discs_of(leg, 1 + point.number));
+      light(leg, 1 + point.number, point.weight, CloudScatterer(world_, interval_, leg.ray, point.t), 1);
     }
+  }
+
+  /// Direct light at a point, and a path that goes on from there where all else is gathered.
+  template <class Scatterer>
+  void light(const Leg& leg, int step, double weight, const Scatterer& at, int scatterings) {
+    Stream stream = stream_of(leg, step);
+    const std::uint32_t sum = gather_.wanted() ? gather_.add_path(leg.owner) : leg.owner;
+    if (!direct_.empty(beyond_)) direct_.add(sum, weight, at, stream, discs_of(leg, step), beyond_);
+    if (gather_.wanted()) gather_.start(sum, weight, at, scatterings, stream);
   }
 
   /// The map is asked at one point of each leg, for all of them: rays of a pixel share photons, so that
@@ -207,14 +198,9 @@ class Pass {
       Stream stream = stream_of(leg, kMapStep);
       const auto chosen = std::min(count - 1, static_cast<std::size_t>(stream.uniform() * static_cast<double>(count)));
       const ScatteringPoint& point = points_[first + chosen];
-      const Vec3d x = leg.ray.at(point.t);
-      const LocalScattering scattering(world_, interval_, x);
-      const Vec3d outward = transform_direction(world_.world_to_map(), -leg.ray.direction);
+      const CloudScatterer at(world_, interval_, leg.ray, point.t);
       add(leg.owner, point.weight * static_cast<double>(count),
-          estimate(maps_->volume, transform_point(world_.world_to_map(), x),
-                   [&](const Vec3d& y) noexcept { return world_.extinction_in_map(interval_, y); },
-                   [&](const Vec3d& travel) noexcept { return scattering.phase(travel.dot(outward)); },
-                   settings_.gather, Sight{world_, key_of(leg)}));
+          map_light(world_, interval_, *maps_, at, settings_.gather, key_of(leg)));
     }
   }
 
@@ -231,15 +217,10 @@ class Pass {
       const double specular = bounce_ < settings_.specular_depth ? material.specular() : 0.0;
       if (specular < 1) {
         const double share = weight * (1 - specular);
-        if (!direct_.empty()) direct_.add(leg.owner, share, SurfaceScatterer(at), stream, discs_of(leg, kReflectStep));
-        if (settings_.parts.map && maps_ && maps_->surface.size() > 0) {
-          add(leg.owner, share,
-              surface_estimate(world_, interval_, maps_->surface, at,
-                               [&](const Vec3d& travel) noexcept {
-                                 const double cosine = -travel.dot(at.normal);
-                                 return cosine > 0 ? material.diffuse(cosine, at.cosine) : 0.0;
-                               },
-                               settings_.gather, key_of(leg)));
+        const int paths = gather_.wanted() ? std::clamp(settings_.points, 1, kMostPoints) : 1;
+        for (int k = 0; k < paths; ++k) light(leg, kReflectStep + k, share / paths, SurfaceScatterer(at), 0);
+        if (!gather_.wanted() && settings_.parts.map && maps_) {
+          add(leg.owner, share, map_light(world_, interval_, *maps_, SurfaceScatterer(at), settings_.gather, key_of(leg)));
         }
       }
       const double share = weight * specular * material.reflectance(at.cosine);
@@ -250,9 +231,9 @@ class Pass {
                           settings_.parts.sun_disc && exact, {}});
       if (material.roughness() > 0 && direct_.suns()) {
         // A rough mirror would find the small discs too rarely.
-        direct_.add_suns(leg.owner, share, at.position, at.id, stream, discs_of(leg, kReflectStep), [&](const Vec3d& w) {
-          return rough_mirror(leg.ray.direction, at.normal, material.roughness(), w) * w.dot(at.normal);
-        });
+        detail::DiscPlaces discs = discs_of(leg, kReflectStep);
+        const std::uint32_t sum = gather_.wanted() ? gather_.add_path(leg.owner) : leg.owner;
+        direct_.add_suns(sum, share, detail::RoughMirror{at, leg.ray.direction}, stream, discs, detail::Beyond::map);
       }
     }
   }
@@ -301,6 +282,8 @@ class Pass {
   std::span<Incoming> incoming_;
   double air_;
   detail::DirectLight direct_;
+  detail::Gather gather_;
+  detail::Beyond beyond_;
   int bounce_ = 0;
   std::vector<Leg> legs_;
   std::vector<ScatteringPoint> points_;
@@ -313,7 +296,17 @@ RadianceCounts incoming_radiance(const World& world, int interval, const PhotonM
                                  const RadianceSettings& settings, std::span<const Ray> rays,
                                  std::span<const std::uint64_t> histories,
                                  std::span<Incoming> incoming) {
-  return Pass(world, interval, maps, settings, rays, histories, incoming).run();
+  // So many together that their points and paths fit the caches.
+  constexpr std::size_t kTogether = 16384;
+  const std::size_t most = std::max<std::size_t>(1, kTogether / static_cast<std::size_t>(std::max(1, settings.points)));
+  RadianceCounts counts;
+  for (std::size_t first = 0; first < rays.size(); first += most) {
+    const std::size_t count = std::min(most, rays.size() - first);
+    counts += Pass(world, interval, maps, settings, rays.subspan(first, count), histories.subspan(first, count),
+                   incoming.subspan(first, count))
+                  .run();
+  }
+  return counts;
 }
 
 }  // namespace obscura

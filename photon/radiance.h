@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 
@@ -25,10 +26,19 @@ struct RadianceParts {
   bool map = true;         ///< all other scattered or reflected light
 };
 
+/// Bounces after which no map is asked: every path goes on until nothing is left of it.
+inline constexpr int kAllBounces = std::numeric_limits<int>::max();
+
+/// Most scattering points of a ray.
+inline constexpr int kMostPoints = 4096;
+
 struct RadianceSettings {
   GatherSettings gather;
   /// Scattering points along a ray whose clouds let nothing through; in proportion fewer in thin ones.
   int points = 4;
+  /// Final gather: bounces from each scattering point, in one sampled direction each, before the map is asked.
+  /// kAllBounces: a path tracer.
+  int gather_bounces = 0;
   /// Mirrors that a camera ray follows; one behind them is taken for Lambertian.
   int specular_depth = 4;
   std::optional<int> scattering_depth;  ///< as in tracing; 0: nothing scatters into the ray
@@ -41,6 +51,7 @@ struct Incoming {
   double direct = 0;                       ///< everything that does not come from the map
   std::array<double, kBatches> map{};      ///< from the map, once per batch; their mean adds to `direct`
   double bias = 0;                         ///< estimated bias of the map's part
+  double variance = 0;                     ///< of total(), from the scatter of the ray's own points; 0: not known
   double transmission = 1;                 ///< of the clouds, to the first surface or infinity
   double transmission_air = 1;             ///< of the atmosphere, likewise
   double distance = kInfinity;             ///< to the first surface, in units of the ray's direction
@@ -58,6 +69,7 @@ struct RadianceCounts {
   std::uint64_t scattering_points = 0;
   std::uint64_t mirror_rays = 0;
   std::uint64_t shadow_rays = 0;
+  std::uint64_t gather_rays = 0;  ///< flights of gathered light
   std::uint64_t anomalies = 0;
 
   RadianceCounts& operator+=(const RadianceCounts& other) noexcept {
@@ -65,14 +77,15 @@ struct RadianceCounts {
     scattering_points += other.scattering_points;
     mirror_rays += other.mirror_rays;
     shadow_rays += other.shadow_rays;
+    gather_rays += other.gather_rays;
     anomalies += other.anomalies;
     return *this;
   }
 };
 
 /// Radiance along many rays at once. Directions are unit vectors. The result of a ray depends on its
-/// history number and not on the others. Scratch memory is allocated once per call: give it thousands.
-/// @param maps null: nothing but direct light
+/// history number and not on the others. Scratch memory is allocated once per some thousands: give it many.
+/// @param maps null: nothing but direct light, unless the settings ask for all bounces
 RadianceCounts incoming_radiance(const World& world, int interval, const PhotonMaps* maps,
                                  const RadianceSettings& settings, std::span<const Ray> rays,
                                  std::span<const std::uint64_t> histories, std::span<Incoming> incoming);

@@ -340,10 +340,7 @@ Vec3d World::wrap(const Vec3d& point) const noexcept {
 double World::background(int interval, const Vec3d& direction, bool discs) const noexcept {
   double radiance = sky(interval);
   for (const Sun& sun : suns()) {
-    if (discs && direction.dot(sun.toward) > 0 &&
-        direction.cross(sun.toward).length() < std::sin(0.5 * sun.diameter)) {
-      radiance += sun.radiance(interval);
-    }
+    if (discs && sun.covers(direction)) radiance += sun.radiance(interval);
   }
   return radiance;
 }

@@ -25,6 +25,10 @@ struct Sun {
   std::vector<double> irradiance;  ///< W/m2 per interval, normal to the beam
   double diameter = 0;             ///< radians, full angle
 
+  /// Whether one who looks that way sees the disc.
+  bool covers(const Vec3d& direction) const noexcept {
+    return direction.dot(toward) > 0 && direction.cross(toward).length() < std::sin(0.5 * diameter);
+  }
   /// Of its disc, W/m2/sr; 0 where it is a point.
   double radiance(int interval) const noexcept {
     const double sine = std::sin(0.5 * diameter);

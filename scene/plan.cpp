@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "photon/bounds.h"
 #include "scene/per_interval.h"
 
 namespace obscura {
@@ -91,6 +92,36 @@ std::vector<PlanRow> effects_of(const Description& scene, const World& world) {
 
 }  // namespace
 
+namespace {
+
+/// Final gather pays where light scatters again and again: one bounce hides the map's blur and noise. It is
+/// out of the question where a bounce cannot find light (beams without width) or would count scatterings wrongly.
+bool gathers(const Description& scene, const World& world) {
+  if (scene.render.final_gather) return *scene.render.final_gather > 0;
+  if (scene.sensor.scattering_depth) return false;
+  for (const BeamDescription& beam : scene.beams) {
+    if (!(beam.radius_m > 0)) return false;
+  }
+  for (int i = 0; i < world.interval_count(); ++i) {
+    if (largest_scattering_depth(world, i) > 1) return true;
+  }
+  return false;
+}
+
+/// As many rays as there may be, each with its share of the samples. What is more than a pass can hold goes
+/// into further passes: of paths only, since passes that ask the same map are not independent.
+void share_samples(const Description& scene, Plan& plan) {
+  const int samples = scene.render.samples;
+  const int rays = std::min(plan.sampling.max_oversampling, samples);
+  plan.sampling.max_oversampling = rays;
+  plan.radiance.points = std::min((samples + rays - 1) / rays, kMostPoints);
+  if (scene.render.method == MethodKind::path) {
+    plan.passes = (samples + rays * plan.radiance.points - 1) / (rays * plan.radiance.points);
+  }
+}
+
+}  // namespace
+
 Plan make_plan(const Description& scene, const World& world) {
   Plan plan;
   plan.effects = effects_of(scene, world);
@@ -109,6 +140,13 @@ Plan make_plan(const Description& scene, const World& world) {
   plan.radiance.specular_depth = scene.sensor.specular_depth;
   plan.radiance.scattering_depth = scene.sensor.scattering_depth;
   plan.radiance.seed = scene.render.seed;
+  if (scene.render.method == MethodKind::path) {
+    plan.radiance.gather_bounces = kAllBounces;
+    share_samples(scene, plan);
+  } else if (gathers(scene, world)) {
+    plan.radiance.gather_bounces = 1;
+    share_samples(scene, plan);
+  }
   return plan;
 }
 

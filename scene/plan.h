@@ -14,6 +14,8 @@ struct Plan {
   SamplerSettings sampling;
   TraceSettings trace;
   RadianceSettings radiance;
+  /// Passes over the image, each with random numbers of its own: more samples than one pass can hold.
+  int passes = 1;
 };
 
 /// A pure function of the description and what its World holds.

@@ -6,6 +6,7 @@
 #include <tbb/task_arena.h>
 
 #include "photon/fluence.h"
+#include "photon/path_tracer.h"
 #include "scene/session.h"
 
 namespace obscura {
@@ -13,6 +14,8 @@ namespace {
 
 /// Directions of a probe's fluence.
 constexpr int kProbeDirections = 8192;
+/// Paths a side of a flux rectangle.
+constexpr int kFluxPaths = 65536;
 
 class Stages {
  public:
@@ -41,8 +44,9 @@ std::vector<ProbeReport> probe(const Session& session, const Light& light) {
     for (const Band& band : world.bands()) report.bands.push_back({band.name(), {}});
     for (int i = 0; i < world.interval_count(); ++i) {
       FluenceReport& sum = report.bands[static_cast<std::size_t>(world.interval(i).band)].second;
-      const BatchMean here = fluence(world, i, &light.maps[static_cast<std::size_t>(i)], session.plan().radiance,
-                                     wish.position_m, kProbeDirections, history);
+      const PhotonMaps* maps = light.maps.empty() ? nullptr : &light.maps[static_cast<std::size_t>(i)];
+      const BatchMean here =
+          fluence(world, i, maps, session.plan().radiance, wish.position_m, kProbeDirections, history);
       sum.fluence += here.mean;
       sum.error = std::hypot(sum.error, here.standard_error);
     }
@@ -51,9 +55,33 @@ std::vector<ProbeReport> probe(const Session& session, const Light& light) {
   return reports;
 }
 
-std::vector<FluxReport> flux_of(const Session& session, const Light& light) {
+std::vector<FluxReport> flux_by_paths(const Session& session) {
+  const World& world = session.world();
+  const RadianceSettings& radiance = session.plan().radiance;
+  PathSettings settings;
+  settings.specular_depth = radiance.specular_depth;
+  settings.scattering_depth = radiance.scattering_depth;
+  settings.seed = radiance.seed;
   std::vector<FluxReport> reports;
-  for (std::size_t r = 0; r < session.scene().flux.size(); ++r) {
+  for (std::size_t r = 0; r < session.rectangles().size(); ++r) {
+    FluxReport& report = reports.emplace_back();
+    report.name = session.scene().flux[r].name;
+    for (const Band& band : world.bands()) report.bands.push_back({band.name(), {}});
+    for (int i = 0; i < world.interval_count(); ++i) {
+      CrossingReport& sum = report.bands[static_cast<std::size_t>(world.interval(i).band)].second;
+      const PathFlux power = path_flux(world, i, settings, session.rectangles()[r], kFluxPaths, r);
+      sum.forward += power.forward.mean;
+      sum.backward += power.backward.mean;
+      sum.error = std::hypot(sum.error, std::hypot(power.forward.standard_error, power.backward.standard_error));
+    }
+  }
+  return reports;
+}
+
+std::vector<FluxReport> flux_of(const Session& session, const Light& light) {
+  if (light.bands.empty()) return flux_by_paths(session);
+  std::vector<FluxReport> reports;
+  for (std::size_t r = 0; r < session.rectangles().size(); ++r) {
     FluxReport& report = reports.emplace_back();
     report.name = session.scene().flux[r].name;
     for (std::size_t b = 0; b < light.bands.size(); ++b) {
@@ -119,9 +147,9 @@ ImageOrigin origin_of(const Session& session, double time_s) {
   origin.seed = session.scene().render.seed;
   origin.scene_name = session.scene().name;
   origin.scene_hash = session.scene().hash;
-  origin.method = "photon";
+  origin.method = session.scene().render.method == MethodKind::path ? "path" : "photon";
   origin.time_s = time_s;
-  origin.has_bias = true;
+  origin.has_bias = session.scene().render.method != MethodKind::path;
   origin.has_atmosphere = session.world().atmosphere().has_value();
   return origin;
 }

@@ -275,8 +275,13 @@ void check_description(Findings& findings, Description& scene) {
   for (std::size_t i = 0; i < scene.beams.size(); ++i) {
     check_direction(findings, pointer_to(element("beams", i), "toward"), scene.beams[i].toward);
   }
-  if (scene.render.samples != RenderDescription{}.samples) {
+  if (scene.render.samples != RenderDescription{}.samples && scene.render.method == MethodKind::photon &&
+      scene.render.final_gather == 0) {
     findings.warn("/render/samples: method photon without final gather does not use it");
+  }
+  if (scene.render.final_gather == 1 && scene.sensor.scattering_depth) {
+    findings.problem("/render/final_gather", "photons of the map may have scattered scattering_depth times before the bounce",
+                     "leave \"final_gather\" or \"scattering_depth\" out");
   }
 }
 

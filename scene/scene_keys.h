@@ -350,12 +350,12 @@ void keys(V& v, BeamDescription& b) {
 template <class V>
 void keys(V& v, RenderDescription& r) {
   v.optional("method", r.method, any(), "how multiple scattering is found");
-  v.optional("photons", r.photons, between(1, 4294967295.0), "photons emitted, per band");
+  v.optional("photons", r.photons, between(0, 4294967295.0), "photons emitted, per band");
   v.optional("nearest", r.nearest, between(1, 100000), "photons of a density estimate");
   v.optional("kernel", r.kernel, any(), "weight over the distance in a density estimate");
   v.optional("photon_power_min", r.photon_power_min, at_least(0), "photons below this are not stored");
   v.optional("directions", r.directions, any(), "how photons leave their sources");
-  v.final_gather(r.final_gather);
+  v.optional("final_gather", r.final_gather, between(0, 1), "bounces of final gather; null: the plan decides");
   v.optional("samples", r.samples, between(1, 1e9), "paths per pixel of final gather and method path");
   v.optional("octree_tolerance", r.octree_tolerance, from_below(0, 1), "error of a ray's transmission");
   v.later("target_error", nullptr, "image error to reach");

@@ -74,7 +74,7 @@ template <>
 struct Words<MethodKind> {
   static constexpr std::array<Word<MethodKind>, 3> list{{{"photon", MethodKind::photon},
                                                          {"baked", MethodKind::baked, true},
-                                                         {"path", MethodKind::path, true}}};
+                                                         {"path", MethodKind::path}}};
 };
 template <>
 struct Words<Kernel> {

@@ -87,14 +87,6 @@ void ObjectReader::angle_factor(const std::vector<double>& angle_deg, const std:
   material.angle_factor = factor;
 }
 
-void ObjectReader::final_gather(std::optional<int>& bounces) {
-  optional("final_gather", bounces, between(0, 1), "bounces of final gather; null: the plan decides");
-  if (bounces == 1) {
-    findings_.problem(pointer_to(pointer_, "final_gather"), "a \"final_gather\" of 1 is not available yet",
-                      "give 0 or null");
-  }
-}
-
 void ObjectReader::particles(const ParticlesDescription& description,
                              std::vector<ParticleDescription>& particles) {
   const std::string pointer = pointer_to(pointer_to(pointer_, "particles"), "file");

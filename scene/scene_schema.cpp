@@ -202,10 +202,6 @@ class ObjectSchema {
   void phase_function(const PhaseDescription&, PhaseFunction&) {}
   void periods(const std::vector<Axis>&, const std::vector<double>&, CloudDescription&) {}
   void angle_factor(const std::vector<double>&, const std::vector<double>&, MaterialDescription&) {}
-  void final_gather(std::optional<int>&) {
-    add("final_gather", {{"enum", Json::array({0, nullptr})}},
-        "bounces of final gather; null: the plan decides; 1 is not available yet");
-  }
   void particles(const ParticlesDescription&, std::vector<ParticleDescription>&) {}
 
   Json finish() const {

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "photon/path_tracer.h"
+
 namespace obscura {
 namespace {
 
@@ -29,7 +31,10 @@ Session::Session(Description scene, double time_s, const Progress& progress)
       rectangles_(rectangles_of(scene_)) {}
 
 const Light& Session::light(const Progress& progress) {
-  if (!light_) light_ = trace_light(world(), plan_.trace, rectangles_, progress);
+  if (!light_) {
+    light_ = scene_.render.method == MethodKind::path ? Light{}
+                                                      : trace_light(world(), plan_.trace, rectangles_, progress);
+  }
   return *light_;
 }
 
@@ -39,15 +44,28 @@ void Session::look_from(const SensorDescription& sensor) {
 }
 
 void Session::set_render(const RenderDescription& render) {
+  const MethodKind method = scene_.render.method;
   scene_.render = render;
   Plan plan = make_plan(scene_, world());
-  if (!same_photons(plan.trace, plan_.trace)) light_.reset();
+  if (!same_photons(plan.trace, plan_.trace) || render.method != method) light_.reset();
   plan_ = std::move(plan);
 }
 
 Rendered Session::render(const Progress& progress) {
+  if (plan_.radiance.gather_bounces > 0) refuse_unfit_paths(world());
   const Light& traced = light(progress);
-  return obscura::render(world(), traced.maps, Camera(plan_.camera), plan_.sampling, plan_.radiance, progress);
+  const auto pass = [&](int number) {
+    SamplerSettings sampling = plan_.sampling;
+    sampling.pass = static_cast<std::uint32_t>(number);
+    return obscura::render(world(), traced.maps, Camera(plan_.camera), sampling, plan_.radiance, progress);
+  };
+  Rendered image = pass(0);
+  for (int number = 1; number < plan_.passes && !progress.cancelled(); ++number) {
+    const Rendered more = pass(number);
+    image.film.merge(more.film);
+    image.counts += more.counts;
+  }
+  return image;
 }
 
 }  // namespace obscura

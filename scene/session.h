@@ -19,8 +19,9 @@ class Session {
   const World& world() const noexcept { return built_.world; }
   const std::vector<OctreeRecord>& octrees() const noexcept { return built_.octrees; }
   const Plan& plan() const noexcept { return plan_; }
+  const std::vector<FluxRectangle>& rectangles() const noexcept { return rectangles_; }
 
-  /// The photon maps, traced at the first call. @throws as trace_light()
+  /// The photon maps, traced at the first call; of method path nothing. @throws as trace_light()
   const Light& light(const Progress& progress = {});
 
   /// Another camera: World and photon maps stay.
@@ -29,7 +30,7 @@ class Session {
   /// The octree's tolerance is fixed at construction; a different one is ignored.
   void set_render(const RenderDescription& render);
 
-  /// The image of the present camera.
+  /// The image of the present camera. @throws as light() and refuse_unfit_paths()
   Rendered render(const Progress& progress = {});
 
  private:

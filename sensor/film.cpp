@@ -11,7 +11,7 @@ namespace {
 bool finite(const RaySample& ray) noexcept {
   if (std::isnan(ray.depth_m)) return false;
   for (const BandSample& band : ray.bands) {
-    double sum = band.direct + band.bias + band.transmission + band.transmission_atmosphere;
+    double sum = band.direct + band.bias + band.variance + band.transmission + band.transmission_atmosphere;
     for (const double value : band.map) sum += value;
     if (!std::isfinite(sum)) return false;
   }
@@ -74,6 +74,7 @@ void PixelSum::add(const RaySample& ray) noexcept {
     sums.radiance += (radiance - sums.radiance) / rays_;
     sums.ray_noise += variance_of_mean(sample.map, map);
     sums.bias += sample.bias;
+    sums.variance += sample.variance;
     sums.transmission += sample.transmission;
     sums.transmission_atmosphere += sample.transmission_atmosphere;
     sums.direct += sample.direct;
@@ -103,6 +104,7 @@ PixelBand PixelSum::band(int index) const noexcept {
   // differences do not see it (of independent values they have six times the variance).
   // Rays scatter by what they see and by the map's noise that they do not share; the latter is in
   // the batches already and comes off (METHODS.md).
+  if (rays_ == 1) result.ray_variance = std::max(0.0, sums.variance - batch_variance);
   if (rays_ > 1) {
     const double scatter = (rays_ == 2 ? sums.step2 / 2 : sums.bends2 / (6 * (n - 2))) / n;
     const double counted = std::max(0.0, (sums.ray_noise / n - batch_variance) / (n - 1));

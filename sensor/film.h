@@ -55,6 +55,7 @@ class PixelSum {
     double bends2 = 0;       // sum of squared second differences of successive rays
     double ray_noise = 0;    // sum over rays of the batches' variance of the mean
     double bias = 0;
+    double variance = 0;     // sum over rays of their own
     double transmission = 0;
     double transmission_atmosphere = 0;
     double direct = 0;

@@ -40,8 +40,7 @@ std::uint32_t object_at(const World& world, const std::optional<Ray>& ray) {
 }
 
 /// What the rays bring home in all bands: interval after interval, added up per band.
-RadianceCounts trace(const World& world, std::span<const PhotonMaps> maps,
-                     const RadianceSettings& settings, const TileRays& tile,
+RadianceCounts trace(const World& world, const Estimator& estimator, const TileRays& tile,
                      std::vector<RaySample>& samples) {
   RadianceCounts counts;
   for (RaySample& sample : samples) {
@@ -52,14 +51,14 @@ RadianceCounts trace(const World& world, std::span<const PhotonMaps> maps,
     const IntervalIndex where = world.interval(i);
     const auto b = static_cast<std::size_t>(where.band);
     const double weight = world.bands()[b].intervals()[static_cast<std::size_t>(where.interval)].weight;
-    const PhotonMaps* map = maps.empty() ? nullptr : &maps[static_cast<std::size_t>(i)];
-    counts += incoming_radiance(world, i, map, settings, tile.rays, tile.histories, incoming);
+    counts += estimator(i, tile.rays, tile.histories, incoming);
     for (std::size_t r = 0; r < incoming.size(); ++r) {
       const Incoming& in = incoming[r];
       BandSample& band = samples[r].bands[b];
       band.direct += in.direct;
       for (std::size_t k = 0; k < in.map.size(); ++k) band.map[k] += in.map[k];
       band.bias += in.bias;
+      band.variance += in.variance;
       band.transmission += weight * in.transmission;
       band.transmission_atmosphere += weight * in.transmission_air;
       samples[r].depth_m = in.distance;
@@ -73,6 +72,16 @@ RadianceCounts trace(const World& world, std::span<const PhotonMaps> maps,
 Rendered render(const World& world, std::span<const PhotonMaps> maps, const Camera& camera,
                 const SamplerSettings& sampling, const RadianceSettings& radiance,
                 const Progress& progress) {
+  const auto by_map = [&](int interval, std::span<const Ray> rays, std::span<const std::uint64_t> histories,
+                          std::span<Incoming> incoming) {
+    const PhotonMaps* map = maps.empty() ? nullptr : &maps[static_cast<std::size_t>(interval)];
+    return incoming_radiance(world, interval, map, radiance, rays, histories, incoming);
+  };
+  return render(world, by_map, camera, sampling, progress);
+}
+
+Rendered render(const World& world, const Estimator& estimator, const Camera& camera, const SamplerSettings& sampling,
+                const Progress& progress) {
   const int bands = static_cast<int>(world.bands().size());
   Film film({{camera.columns(), camera.rows()}, bands});
   const Sampler sampler(camera, sampling);
@@ -83,7 +92,7 @@ Rendered render(const World& world, std::span<const PhotonMaps> maps, const Came
     FilmTile tile = film.tile(index);
     const TileRays rays = rays_of(tile, sampler);
     std::vector<RaySample> samples(rays.rays.size(), RaySample(bands));
-    counts[static_cast<std::size_t>(index)] = trace(world, maps, radiance, rays, samples);
+    counts[static_cast<std::size_t>(index)] = trace(world, estimator, rays, samples);
 
     const RaySample nothing(bands);
     PixelSum sum(bands);

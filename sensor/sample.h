@@ -17,6 +17,8 @@ struct BandSample {
   std::array<double, kBatches> map{};
   /// Estimated bias of the map's part.
   double bias = 0;
+  /// Of the radiance, from the ray's own random points; 0: not known.
+  double variance = 0;
   /// Of clouds alone, to the first surface or infinity.
   double transmission = 1;
   double transmission_atmosphere = 1;

@@ -24,7 +24,7 @@ Moments asked(const World& world, const Scatterer& at, int count, const Radiance
     Stream stream(1, static_cast<std::uint64_t>(i), 1);
     light.add(static_cast<std::uint32_t>(i), 1, at, stream, DiscPlaces(1, static_cast<std::uint64_t>(i), 2));
   }
-  light.arrive(incoming);
+  light.arrive([&](std::uint32_t owner, double radiance) { incoming[owner].direct += radiance; });
   Moments result;
   for (const Incoming& in : incoming) result.add(in.direct);
   return result;

@@ -87,6 +87,35 @@ TEST_CASE("a run gives image and report of every band", "[scene][run]") {
   CHECK(report.rays[0].second == 24 * 16 * 4);
 }
 
+TEST_CASE("paths and photons agree on image, probes and flux", "[scene][run][path]") {
+  const std::string text = scene(R"("albedo": 0.7)", R"(, "probes": [{"name": "p", "position_m": [0.3, 0, 0]}],
+    "flux": [{"name": "f", "center_m": [0, 0, 1.2], "normal": [0, 0, 1], "size_m": [2, 2]}])");
+  const RunResult photon = run_scene(parse_scene(text, "."), {});
+  const RunResult path = run_scene(parse_scene(text, ".", {{"/render/method", "\"path\"", ""}}), {});
+  CHECK(path.report.photons.emitted == 0);
+  CHECK(path.report.energy.empty());
+  double mean[2] = {0, 0};
+  for (const float value : photon.image.channel("lwir.radiance")) mean[0] += static_cast<double>(value);
+  for (const float value : path.image.channel("lwir.radiance")) mean[1] += static_cast<double>(value);
+  CHECK(mean[1] == Approx(mean[0]).epsilon(0.003));
+  const FluenceReport& a = photon.report.probes[0].bands[0].second;
+  const FluenceReport& b = path.report.probes[0].bands[0].second;
+  CHECK(std::abs(a.fluence - b.fluence) < 4 * std::hypot(a.error, b.error));
+  CHECK(b.error < 0.01 * b.fluence);
+  const CrossingReport& c = photon.report.flux[0].bands[0].second;
+  const CrossingReport& d = path.report.flux[0].bands[0].second;
+  CHECK(std::abs(c.forward - c.backward - (d.forward - d.backward)) < 4 * std::hypot(c.error, d.error));
+  CHECK(d.forward == Approx(c.forward).epsilon(0.02));
+  CHECK(d.backward == Approx(c.backward).epsilon(0.02));
+}
+
+TEST_CASE("a path tracer says what it cannot find", "[scene][run][path]") {
+  const std::string text = scene(R"("albedo": 0.7)", R"(, "beams": [{"position_m": [0, 0, 5], "toward": [0, 0, -1]}])");
+  CHECK_THROWS_AS(run_scene(parse_scene(text, ".", {{"/render/method", "\"path\"", ""}}), {}), NumericalError);
+  CHECK_NOTHROW(run_scene(parse_scene(text, "."), {}));
+  CHECK_THROWS_AS(run_scene(parse_scene(text, ".", {{"/render/final_gather", "1", ""}}), {}), NumericalError);
+}
+
 TEST_CASE("scattering_depth cuts off, and the report says how much", "[scene][run]") {
   const std::string text = scene(R"("albedo": 0.9)");
   const auto at = text.find("\"max_oversampling\"");
