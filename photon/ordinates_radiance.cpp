@@ -1,0 +1,258 @@
+// What a solution of discrete ordinates looks like along rays: the World's own segments, the solution's
+// scattered light, and the first scattering of sun and moon as exact as rays can make it.
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+
+#include "photon/ordinates_data.h"
+#include "photon/transfer.h"
+
+namespace obscura {
+namespace {
+
+using Data = OrdinatesSolution::Data;
+
+/// Below this transmission nothing behind counts.
+constexpr double kOpaque = 1e-9;
+/// Stretches over which the sun's light is integrated by two points, in optical depth.
+constexpr double kSunStep = 0.5;
+
+/// A stretch of a ray in one cell with constant coefficients.
+struct Piece {
+  double begin, end;
+  double extinction;  // reduced, 1/m
+  LocalOptics optics;
+  std::size_t cell;
+};
+
+/// One ray on its way through the clouds, seen from its start.
+class View {
+ public:
+  View(const Data& data, const Ray& ray)
+      : data_(data), ray_(ray), local_(transform_ray(data.grid.world_to_grid(), ray)),
+        air_(data.world->air_extinction(data.interval)), air_radiance_(data.world->air_radiance(data.interval)),
+        harmonics_(data.moment_count(), 0.0) {
+    spherical_harmonics(-local_.direction, data.degree, harmonics_.data());
+    // Both the sun's light and the scattered light travel the other way.
+    for (const Sun& sun : data.world->suns()) cosine_.push_back(sun.toward.dot(ray.direction));
+  }
+
+  Incoming look() {
+    Incoming in;
+    double depth = 0;
+    march(*data_.world, data_.interval, data_.grid, ray_,
+          [&](double begin, double end, const LocalOptics& optics, std::optional<std::size_t> cell, const CellCursor& cursor) {
+            depth += optics.extinction * (end - begin);
+            const double extinction = data_.reduced(optics, cell);
+            add_emission(begin, end, extinction, optics.emission);
+            if (cell && optics.scattering > 0) {
+              const Piece piece{begin, end, extinction, optics, *cell};
+              add_scattered(piece, cursor.corner());
+              add_sunlight(piece);
+              add_beams(piece);
+            }
+            passed_ *= std::exp(-extinction * (end - begin));
+            return passed_ > kOpaque;
+          });
+    if (!(passed_ > kOpaque)) depth = kInfinity;
+    in.transmission = std::exp(-depth);
+    const double sky = data_.world->background(data_.interval, ray_.direction, false);
+    const double disc = data_.world->background(data_.interval, ray_.direction) - sky;
+    in.direct = radiance_ + passed_ * sky + in.transmission * disc;
+    return in;
+  }
+
+ private:
+  double through_air(double t) const noexcept { return air_ > 0 ? std::exp(-air_ * t) : 1.0; }
+
+  void add_emission(double begin, double end, double extinction, double emission) {
+    const double length = end - begin;
+    const double seen = passed_ * through_air(begin) * effective_length(extinction + air_, length);
+    radiance_ += seen * emission;
+    // What the air before it glows where the cloud hides the air behind.
+    if (air_ > 0) radiance_ += air_radiance_ * (passed_ * one_minus_exp(extinction * length) - extinction * seen);
+  }
+
+  /// Scattered light at the corners of a cell, W/m3/sr, for one unit of scattering.
+  void look_into(std::size_t cell) {
+    if (cell == cell_) return;
+    cell_ = cell;
+    const auto degrees = static_cast<std::size_t>(data_.degree) + 1;
+    const double* const scatter = &data_.scatter[cell * degrees];
+    const double unit = data_.grid.scattering[cell] > 0 ? 1 / data_.grid.scattering[cell] : 0.0;
+    for (std::size_t c = 0; c < 8; ++c) {
+      const double* const moments = &data_.moments[(8 * cell + c) * data_.moment_count()];
+      double sum = 0;
+      for (std::size_t l = 0, m = 0; l < degrees; ++l) {
+        double part = 0;
+        for (; m < (l + 1) * (l + 1); ++m) part += harmonics_[m] * moments[m];
+        sum += scatter[l] * part;
+      }
+      corner_[c] = std::max(0.0, sum * unit);
+    }
+  }
+
+  double scattered_at(double t, const Vec3d& corner) const noexcept {
+    const Vec3d at = local_.at(t) - corner;
+    double weight[3];
+    for (int a = 0; a < 3; ++a) weight[a] = data_.grid.uniform(a) ? 0.5 : std::clamp(at[a] / data_.grid.cell_m()[a], 0.0, 1.0);
+    double sum = 0;
+    for (std::size_t c = 0; c < 8; ++c) {
+      sum += corner_[c] * (c & 1 ? weight[0] : 1 - weight[0]) * (c & 2 ? weight[1] : 1 - weight[1]) * (c & 4 ? weight[2] : 1 - weight[2]);
+    }
+    return sum;
+  }
+
+  void add_scattered(const Piece& piece, const Vec3d& corner) {
+    look_into(piece.cell);
+    // Two halves, in each of them linear along the ray.
+    const double k = piece.extinction + air_;
+    const double half = 0.5 * (piece.end - piece.begin);
+    double passed = passed_ * through_air(piece.begin);
+    double near = scattered_at(piece.begin, corner);
+    for (int part = 1; part <= 2; ++part) {
+      const double far = scattered_at(piece.begin + part * half, corner);
+      const double tau = k * half;
+      const LinearSourceWeights weights = linear_source_weights(tau);
+      const double gain = tau > 1e-9 ? (weights.near * near + weights.far * far) / k : 0.5 * half * (near + far);
+      radiance_ += passed * piece.optics.scattering * gain;
+      passed *= std::exp(-tau);
+      near = far;
+    }
+  }
+
+  /// The first scattering, by the exact phase function, of light whose forward share counts as not scattered
+  /// (Nakajima & Tanaka, J. Quant. Spectrosc. Radiat. Transf. 40, 1988).
+  void add_sunlight(const Piece& piece) {
+    const auto interval = static_cast<std::size_t>(data_.interval);
+    for (std::size_t s = 0; s < cosine_.size(); ++s) {
+      const Sun& sun = data_.world->suns()[s];
+      if (!(sun.irradiance[interval] > 0)) continue;
+      const double phase = data_.grid.phase(piece.cell, cosine_[s]);
+      const double depth = piece.extinction * (piece.end - piece.begin);
+      const int steps = std::clamp(static_cast<int>(std::ceil(depth / kSunStep)), 1, 1 << 16);
+      // Equal steps in what is lost, the last ones where nothing is left.
+      const double step = (piece.end - piece.begin) / steps;
+      double passed = passed_;
+      for (int i = 0; i < steps && passed > kOpaque; ++i) {
+        const double tau = piece.extinction * step;
+        const double seen = passed * effective_length(piece.extinction, step);
+        for (const double u : {0.5 - std::sqrt(1.0 / 12), 0.5 + std::sqrt(1.0 / 12)}) {
+          // The place where a share u of what this step adds has been added.
+          const double at = tau > 1e-6 ? -std::log1p(-u * one_minus_exp(tau)) / tau : u;
+          const double t = piece.begin + (i + at) * step;
+          const Ray shadow{ray_.at(t), sun.toward, 0, kInfinity};
+          Stream stream(0, 0, 0);
+          if (data_.world->blocked(shadow, {}, stream)) continue;
+          radiance_ += 0.5 * seen * through_air(t) * piece.optics.scattering * phase * sun.irradiance[interval] * std::exp(-data_.depth(shadow));
+        }
+        passed *= std::exp(-tau);
+      }
+    }
+  }
+
+  void add_beams(const Piece& piece) {
+    for (const Data::BeamLight& beam : data_.beams) {
+      const double scattered = beam.scattered[piece.cell];
+      if (!(scattered > 0)) continue;
+      const double seen = passed_ * through_air(piece.begin) * effective_length(piece.extinction + air_, piece.end - piece.begin);
+      radiance_ += seen * scattered * data_.grid.phase(piece.cell, -beam.direction.dot(ray_.direction));
+    }
+  }
+
+  const Data& data_;
+  const Ray& ray_;
+  Ray local_;
+  double air_, air_radiance_;
+  std::vector<double> harmonics_;
+  std::vector<double> cosine_;
+  double passed_ = 1;
+  double radiance_ = 0;
+  std::size_t cell_ = ~std::size_t{0};
+  double corner_[8]{};
+};
+
+/// A part of the sphere of directions: the cosine to z and the azimuth, both as shares.
+struct Patch {
+  double z, phi, side_z, side_phi;
+  double integral;
+};
+
+}  // namespace
+
+void OrdinatesSolution::radiance(std::span<const Ray> rays, std::span<Incoming> incoming) const {
+  tbb::parallel_for(std::size_t{0}, rays.size(), [&](std::size_t i) { incoming[i] = View(*data_, rays[i]).look(); });
+}
+
+double OrdinatesSolution::fluence_at(const Vec3d& point) const {
+  constexpr int kRows = 12, kLevels = 6;
+  constexpr double kTolerance = 2e-4;
+  const World& world = *data_->world;
+  // Patches of equal solid angle, four rays in each; where four parts of a patch add up to something else
+  // they are divided again.
+  std::vector<Patch> patches;
+  for (int row = 0; row < kRows; ++row) {
+    for (int column = 0; column < 2 * kRows; ++column) {
+      patches.push_back({static_cast<double>(row) / kRows, 0.5 * column / kRows, 1.0 / kRows, 0.5 / kRows, 0});
+    }
+  }
+  const auto integrate = [&](std::vector<Patch>& parts) {
+    std::vector<Ray> rays;
+    for (const Patch& p : parts) {
+      for (int n = 0; n < 4; ++n) {
+        const double gauss = std::sqrt(1.0 / 12);
+        const double z = 2 * (p.z + p.side_z * (0.5 + (n & 1 ? gauss : -gauss))) - 1;
+        const double phi = 2 * kPi * (p.phi + p.side_phi * (0.5 + (n & 2 ? gauss : -gauss)));
+        const double sine = std::sqrt(std::max(0.0, 1 - z * z));
+        rays.push_back({point, Vec3d(sine * std::cos(phi), sine * std::sin(phi), z), 0, kInfinity});
+      }
+    }
+    std::vector<Incoming> in(rays.size());
+    radiance(rays, in);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      double sum = 0;
+      for (std::size_t n = 4 * i; n < 4 * i + 4; ++n) {
+        const double disc = world.background(data_->interval, rays[n].direction) - world.background(data_->interval, rays[n].direction, false);
+        sum += in[n].direct - (in[n].distance < kInfinity ? 0.0 : in[n].transmission * disc);
+      }
+      parts[i].integral = kPi * parts[i].side_z * parts[i].side_phi * sum;
+    }
+  };
+  integrate(patches);
+  double total = 0;
+  for (const Patch& p : patches) total += p.integral;
+  double settled = 0;
+  for (int level = 0; level < kLevels && !patches.empty(); ++level) {
+    std::vector<Patch> parts;
+    for (const Patch& p : patches) {
+      for (int n = 0; n < 4; ++n) {
+        parts.push_back({p.z + (n & 1 ? 0.5 * p.side_z : 0.0), p.phi + (n & 2 ? 0.5 * p.side_phi : 0.0), 0.5 * p.side_z, 0.5 * p.side_phi, 0});
+      }
+    }
+    integrate(parts);
+    std::vector<Patch> again;
+    for (std::size_t i = 0; i < patches.size(); ++i) {
+      double sum = 0;
+      for (std::size_t n = 4 * i; n < 4 * i + 4; ++n) sum += parts[n].integral;
+      if (std::abs(sum - patches[i].integral) > kTolerance * total / std::sqrt(static_cast<double>(patches.size())) && level + 1 < kLevels) {
+        again.insert(again.end(), parts.begin() + static_cast<std::ptrdiff_t>(4 * i), parts.begin() + static_cast<std::ptrdiff_t>(4 * i + 4));
+      } else {
+        settled += sum;
+      }
+    }
+    patches = std::move(again);
+  }
+  double fluence = settled;
+  for (const Patch& p : patches) fluence += p.integral;
+  for (const Sun& sun : world.suns()) {
+    const Ray shadow{point, sun.toward, 0, kInfinity};
+    Stream stream(0, 0, 0);
+    if (world.blocked(shadow, {}, stream)) continue;
+    double depth = 0;
+    world.optical_depths(data_->interval, {&shadow, 1}, {&depth, 1});
+    fluence += sun.irradiance[static_cast<std::size_t>(data_->interval)] * std::exp(-depth);
+  }
+  return fluence;
+}
+
+}  // namespace obscura

@@ -1,0 +1,277 @@
+// Discrete ordinates against exact values, conservation and themselves.
+#include "photon/ordinates.h"
+
+#include <catch2/catch.hpp>
+#include <oneapi/tbb/global_control.h>
+
+#include "octree/base/error.h"
+#include "tests/support/csv.h"
+#include "tests/support/slabs.h"
+
+using namespace obscura;
+using namespace obscura::test;
+
+namespace {
+
+std::string table(const std::string& name) { return std::string(OBSCURA_TEST_DATA_DIR) + "/reference/" + name; }
+
+OrdinatesSettings slab_settings(int cells, int order) {
+  OrdinatesSettings settings;
+  settings.cells = Vec3i(1, 1, cells);
+  settings.order = order;
+  settings.quadrature = AngularQuadrature::double_gauss;
+  return settings;
+}
+
+/// Light of a sun at mu0: shares reflected, transmitted after scattering, absorbed.
+struct SlabShares {
+  double up, down, absorbed;
+  int sweeps;
+  double residual;
+};
+
+SlabShares slab_shares(const SlabWish& slab, const OrdinatesSettings& settings) {
+  const World world(slab_contents(slab));
+  const OrdinatesSolution solution = solve_ordinates(world, 0, settings);
+  const OrdinatesPowers& powers = solution.powers();
+  const double in = 64 * (slab.mu0 > 0 ? slab.mu0 : slab.sky > 0 ? kPi : 1.0);
+  return {powers.left[2][1] / in, powers.left[2][0] / in, (powers.absorbed + powers.first_absorbed) / in, solution.iterations(), powers.residual()};
+}
+
+World cube(const CloudWish& wish, double sky, double sun = 0) {
+  WorldContents contents = grey_contents(wish, sky);
+  if (sun > 0) contents.sun = Sun{Vec3d(0.3, -0.4, 0.8).normalized(), {sun}, 0};
+  return World(std::move(contents));
+}
+
+}  // namespace
+
+TEST_CASE("slabs that scatter alike everywhere reflect and transmit what they should", "[ordinates][slab]") {
+  const Csv d1(table("d1_slab_isotropic_flux.csv"));
+  int compared = 0;
+  for (std::size_t row = 0; row < d1.size(); ++row) {
+    const double tau = d1.number(row, "tau"), albedo = d1.number(row, "w"), mu0 = d1.number(row, "mu0");
+    if (tau > 20) continue;
+    const SlabShares shares = slab_shares({{{tau, albedo, {}}}, mu0}, slab_settings(tau > 2 ? 160 : 64, 24));
+    INFO("tau " << tau << " albedo " << albedo << " mu0 " << mu0);
+    CHECK(shares.up == Approx(d1.number(row, "R")).epsilon(tau > 10 ? 5e-4 : 2e-4));
+    CHECK(shares.down == Approx(d1.number(row, "T_diffuse")).epsilon(2e-4).margin(1e-7));
+    CHECK(std::abs(shares.residual) < 1e-6);
+    CHECK(shares.sweeps < 30);
+    ++compared;
+  }
+  CHECK(compared >= 24);
+}
+
+TEST_CASE("slabs that scatter forward reflect and transmit what they should", "[ordinates][slab]") {
+  const Csv d2(table("d2_slab_hg_flux.csv"));
+  for (std::size_t row = 0; row < d2.size(); ++row) {
+    const double g = d2.number(row, "g"), tau = d2.number(row, "tau"), albedo = d2.number(row, "w"), mu0 = d2.number(row, "mu0");
+    const bool rayleigh = d2.text(row, "phase") == "rayleigh";
+    const PhaseFunction phase = rayleigh ? PhaseFunction::rayleigh() : PhaseFunction::henyey_greenstein(g);
+    const SlabShares shares = slab_shares({{{tau, albedo, phase}}, mu0}, slab_settings(24, 16));
+    INFO("g " << g << " tau " << tau << " albedo " << albedo << " mu0 " << mu0);
+    // Delta-M at S16 has little left of g = 0.95.
+    const double tolerance = g > 0.9 ? 1e-2 : g > 0.8 ? 1.5e-3 : 1e-3;
+    CHECK(shares.up == Approx(d2.number(row, "R")).epsilon(tolerance).margin(1e-6));
+    CHECK(shares.down == Approx(d2.number(row, "T_diffuse")).epsilon(tolerance).margin(1e-6));
+  }
+}
+
+TEST_CASE("layers of different clouds add up", "[ordinates][slab]") {
+  const Csv d7(table("d7_two_layer_slab.csv"));
+  for (std::size_t row = 0; row < d7.size(); ++row) {
+    SlabWish slab;
+    const std::vector<double> tau = d7.numbers(row, "tau_list"), albedo = d7.numbers(row, "w_list"), g = d7.numbers(row, "g_list");
+    for (std::size_t i = 0; i < tau.size(); ++i) {
+      slab.layers.push_back({tau[i], albedo[i], g[i] != 0 ? PhaseFunction::henyey_greenstein(g[i]) : PhaseFunction()});
+    }
+    const bool beam = d7.text(row, "illum") == "beam";
+    if (!beam) continue;
+    slab.mu0 = d7.number(row, "mu0");
+    const SlabShares shares = slab_shares(slab, slab_settings(24 * static_cast<int>(tau.size()), 12));
+    INFO(d7.text(row, "case") << " mu0 " << slab.mu0);
+    CHECK(shares.up == Approx(d7.number(row, "R")).epsilon(1e-3));
+    CHECK(shares.down == Approx(d7.number(row, "T")).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("isothermal slabs emit what they absorb", "[ordinates][slab]") {
+  const Csv d3(table("d3_slab_thermal.csv"));
+  for (std::size_t row = 0; row < d3.size(); ++row) {
+    if (d3.number(row, "B_top") != d3.number(row, "B_bot")) continue;
+    const double g = d3.number(row, "g");
+    SlabWish slab{{{d3.number(row, "tau"), d3.number(row, "w"), g > 0 ? PhaseFunction::henyey_greenstein(g) : PhaseFunction()}}};
+    slab.source = 1;
+    const World world(slab_contents(slab));
+    const OrdinatesSolution solution = solve_ordinates(world, 0, slab_settings(g > 0 ? 48 : 200, 16));
+    INFO("tau " << d3.number(row, "tau") << " albedo " << d3.number(row, "w") << " g " << g);
+    CHECK(solution.powers().left[2][1] / (64 * kPi) == Approx(d3.number(row, "Fup_over_pi")).epsilon(1e-3));
+    for (const std::string cosine : {"0.1", "0.5", "0.9"}) {
+      const double mu = std::stod(cosine);
+      const Ray ray{Vec3d(4, 4, 12), Vec3d(std::sqrt(1 - mu * mu), 0, -mu), 0, kInfinity};
+      Incoming in;
+      solution.radiance({&ray, 1}, {&in, 1});
+      CHECK(in.direct == Approx(d3.number(row, "up_mu" + cosine)).epsilon(1e-2));
+    }
+  }
+}
+
+TEST_CASE("radiance along rays is that of the slab", "[ordinates][slab][radiance]") {
+  const Csv d1(table("d1_slab_isotropic_intensity.csv"));
+  const auto check = [](const Csv& csv, std::size_t row, const OrdinatesSolution& solution, double phi, double tolerance) {
+    const double mu = csv.number(row, "mu"), sine = std::sqrt(1 - mu * mu);
+    // The light travels the other way; the sun's goes along +x.
+    const Vec3d across(sine * std::cos(phi), sine * std::sin(phi), 0);
+    const Ray rays[2] = {{Vec3d(4, 4, 12), -across - Vec3d(0, 0, mu), 0, kInfinity}, {Vec3d(4, 4, -4), -across + Vec3d(0, 0, mu), 0, kInfinity}};
+    Incoming in[2];
+    solution.radiance(rays, in);
+    INFO("mu " << mu << " phi " << phi);
+    CHECK(in[0].direct == Approx(csv.number(row, "I_up_top")).epsilon(tolerance));
+    CHECK(in[1].direct == Approx(csv.number(row, "I_down_bottom")).epsilon(tolerance));
+  };
+  for (std::size_t row = 0; row < d1.size();) {
+    const double tau = d1.number(row, "tau"), albedo = d1.number(row, "w"), mu0 = d1.number(row, "mu0");
+    std::size_t end = row;
+    while (end < d1.size() && d1.number(end, "tau") == tau && d1.number(end, "w") == albedo && d1.number(end, "mu0") == mu0) ++end;
+    if (mu0 == 0.5 && tau <= 10) {
+      const World world(slab_contents({{{tau, albedo, {}}}, mu0}));
+      const OrdinatesSolution solution = solve_ordinates(world, 0, slab_settings(32, 16));
+      INFO("tau " << tau << " albedo " << albedo);
+      for (; row < end; ++row) check(d1, row, solution, 0, 1e-3);
+    }
+    row = end;
+  }
+  const Csv d2(table("d2_slab_hg_intensity.csv"));
+  const World world(slab_contents({{{2, 0.9, PhaseFunction::henyey_greenstein(0.75)}}, 0.5}));
+  const OrdinatesSolution solution = solve_ordinates(world, 0, slab_settings(16, 16));
+  int compared = 0;
+  for (std::size_t row = 0; row < d2.size(); ++row) {
+    if (d2.text(row, "phase") != "hg" || d2.number(row, "g") != 0.75 || d2.number(row, "tau") != 2 || d2.number(row, "w") != 0.9 || d2.number(row, "mu0") != 0.5) continue;
+    check(d2, row, solution, d2.number(row, "phi_deg") * kPi / 180, 1e-2);
+    ++compared;
+  }
+  CHECK(compared == 16);
+}
+
+TEST_CASE("thick slabs that absorb nothing diffuse, in thick cells too", "[ordinates][slab]") {
+  const Csv d5(table("d5_thick_conservative_isotropic.csv"));
+  for (std::size_t row = 0; row < d5.size(); ++row) {
+    const double tau = d5.number(row, "tau"), mu0 = d5.number(row, "mu0");
+    if (tau < 100 || tau > 1e5 || mu0 < 0) continue;
+    INFO("tau " << tau << " mu0 " << mu0);
+    // Cells of 2 to 20,000 mean free paths.
+    const SlabShares shares = slab_shares({{{tau, 1, {}}}, mu0}, slab_settings(48, 16));
+    CHECK(shares.down == Approx(d5.number(row, "T_asymptotic")).epsilon(1e-2));
+    CHECK(shares.sweeps < 40);
+    if (tau > 100) continue;
+    CHECK(slab_shares({{{tau, 1, {}}}, mu0}, slab_settings(800, 16)).down == Approx(d5.number(row, "T_asymptotic")).epsilon(1e-4));
+  }
+}
+
+TEST_CASE("what is absorbed is right when it is a billionth", "[ordinates][slab]") {
+  const Csv h3(table("h3_near_conservative_slab.csv"));
+  for (std::size_t row = 0; row < h3.size(); ++row) {
+    const double g = h3.number(row, "g"), tau = h3.number(row, "tau"), mu0 = h3.number(row, "mu0");
+    if (mu0 != 0.5 || g > 0.8) continue;
+    const PhaseFunction phase = g > 0 ? PhaseFunction::henyey_greenstein(g) : PhaseFunction();
+    const double albedo = 1 - h3.number(row, "one_minus_w");
+    // The albedo is a double: what it leaves of 1e-12 has four digits.
+    const double exact = (1 - albedo) * h3.number(row, "mean_collisions");
+    const SlabShares shares = slab_shares({{{tau, albedo, phase}}, mu0}, slab_settings(g > 0 ? 24 : tau > 20 ? 400 : 64, g > 0 ? 12 : 16));
+    INFO("g " << g << " tau " << tau << " 1 - w " << h3.number(row, "one_minus_w"));
+    CHECK(shares.absorbed == Approx(exact).epsilon(1.5e-3));
+  }
+}
+
+TEST_CASE("in a furnace everything is black", "[ordinates][furnace]") {
+  CloudWish wish = rough_wish(0.6, 0.5, 2.5);
+  OrdinatesSettings settings;
+  settings.cells = Vec3i(8);
+  settings.order = 4;
+  const World world = cube(wish, 2.5);
+  const OrdinatesSolution solution = solve_ordinates(world, 0, settings);
+  for (std::size_t cell = 0; cell < solution.grid().size(); ++cell) {
+    REQUIRE(solution.fluence(cell) == Approx(4 * kPi * 2.5).epsilon(1e-6));
+    REQUIRE(solution.flux(cell).length() < 1e-5);
+  }
+  const Ray ray{Vec3d(-3, 0.4, 0.3), Vec3d(0.9, 0.3, 0.2).normalized(), 0, kInfinity};
+  Incoming in;
+  solution.radiance({&ray, 1}, {&in, 1});
+  CHECK(in.direct == Approx(2.5).epsilon(1e-6));
+  // A colder sky is told apart.
+  CHECK(solve_ordinates(cube(wish, 2.4), 0, settings).fluence(0) < 4 * kPi * 2.4999);
+}
+
+TEST_CASE("what does not absorb lets all light out again", "[ordinates][furnace]") {
+  OrdinatesSettings settings;
+  settings.cells = Vec3i(8);
+  settings.order = 4;
+  const OrdinatesSolution solution = solve_ordinates(cube(rough_wish(1, 0.3), 1, 5), 0, settings);
+  const OrdinatesPowers& powers = solution.powers();
+  CHECK(std::abs(powers.residual()) < 1e-6);
+  CHECK(std::abs(powers.absorbed) < 1e-9 * powers.entered);
+  double out = 0;
+  for (const auto& sides : powers.left) out += sides[0] + sides[1];
+  CHECK(out == Approx(powers.entered + powers.first_scattered).epsilon(1e-6));
+}
+
+TEST_CASE("fluence is positive beside thick and thin, lit from one side", "[ordinates][positive]") {
+  CloudWish wish = rough_wish(0.5);
+  wish.extinction = 300;
+  OrdinatesSettings settings;
+  settings.cells = Vec3i(16);
+  settings.order = 6;
+  settings.quadrature = AngularQuadrature::level_symmetric;
+  const OrdinatesSolution solution = solve_ordinates(cube(wish, 0, 1), 0, settings);
+  for (std::size_t cell = 0; cell < solution.grid().size(); ++cell) REQUIRE(solution.fluence(cell) >= 0);
+  CHECK(std::abs(solution.powers().residual()) < 1e-6);
+}
+
+TEST_CASE("any number of threads gives the same bits", "[ordinates][threads]") {
+  const World world = cube(rough_wish(0.9, 0.4, 1), 0.5, 2);
+  OrdinatesSettings settings;
+  settings.cells = Vec3i(16);
+  settings.order = 4;
+  const auto run = [&](std::size_t threads) {
+    oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism, threads);
+    const OrdinatesSolution solution = solve_ordinates(world, 0, settings);
+    std::vector<double> values;
+    for (std::size_t cell = 0; cell < solution.grid().size(); ++cell) {
+      values.push_back(solution.fluence(cell));
+      values.push_back(solution.flux(cell).x);
+    }
+    return values;
+  };
+  const std::vector<double> one = run(1);
+  CHECK(run(2) == one);
+  CHECK(run(3) == one);
+}
+
+TEST_CASE("a nearly white thick cloud converges in tens of sweeps", "[ordinates][iterations]") {
+  CloudWish wish;
+  wish.voxels = Vec3i(16);
+  wish.extinction = 100.0 / 16;
+  wish.albedo = 0.9999;
+  OrdinatesSettings settings;
+  settings.cells = Vec3i(16);
+  settings.order = 4;
+  const OrdinatesSolution solution = solve_ordinates(cube(wish, 1, 1), 0, settings);
+  CHECK(solution.iterations() <= 30);
+  CHECK(std::abs(solution.powers().residual()) < 1e-6);
+}
+
+TEST_CASE("too much memory and what cannot be solved are refused by name", "[ordinates][errors]") {
+  CloudWish wish;
+  OrdinatesSettings settings;
+  settings.cells = Vec3i(64);
+  settings.memory_MiB = 10;
+  CHECK_THROWS_AS(solve_ordinates(cube(wish, 1), 0, settings), ResourceError);
+  settings = {};
+  settings.order = 5;
+  CHECK_THROWS_AS(solve_ordinates(cube(wish, 1), 0, settings), InputError);
+  WorldContents contents = grey_contents(wish, 1);
+  contents.sources.push_back({Vec3d(30, 0, 0), 1, {1.0}});
+  const World world(std::move(contents));
+  CHECK_THROWS_AS(solve_ordinates(world, 0, {}), NumericalError);
+}
