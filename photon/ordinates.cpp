@@ -16,9 +16,6 @@ void refuse_what_is_not_solved(const World& world) {
   if (!world.spheres().empty()) {
     throw NumericalError("ordinates", "hot spheres and particles are not solved by discrete ordinates", "use the path tracer");
   }
-  if (!world.surfaces().empty()) {
-    throw NumericalError("ordinates", "surfaces are not solved by discrete ordinates", "use the path tracer");
-  }
 }
 
 /// Cells thicker than this along every axis are lumped.
@@ -42,6 +39,7 @@ bool flatten(double* moments, std::size_t stride) noexcept {
 
 OrdinatesSolution::Data::Data(const World& world_of, int interval_of, const OrdinatesSettings& settings)
     : world(&world_of), interval(interval_of), grid(world_of, interval_of, settings.cells, settings.box),
+      surfaces(world_of, interval_of, grid),
       set(settings.quadrature, settings.order), degree(grid.phase_degree(set.moment_order())),
       angles(set, degree, grid.cell_m(), {grid.uniform(0), grid.uniform(1), grid.uniform(2)}) {
   const auto degrees = static_cast<std::size_t>(degree) + 1;
@@ -73,6 +71,19 @@ double OrdinatesSolution::Data::depth(const Ray& ray) const {
           sum += (end - begin) * reduced(optics, cell);
           return sum < 750;
         });
+  return sum;
+}
+
+double OrdinatesSolution::Data::reflected_far(const SurfacePoint& at) const {
+  if (!at.reflects()) return 0;
+  double sum = at.reflectance(at.cosine) * world->sky(interval);
+  for (const Sun& sun : world->suns()) {
+    const double cosine = sun.toward.dot(at.normal);
+    const Ray shadow{at.position, sun.toward, world->surfaces().clearance(), kInfinity};
+    Stream stream(0, 0, 0);
+    if (!(cosine > 0) || world->blocked(shadow, at.id, stream)) continue;
+    sum += at.material->diffuse(cosine, at.cosine) * cosine * sun.irradiance[static_cast<std::size_t>(interval)] * std::exp(-depth(shadow));
+  }
   return sum;
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "photon/ordinates.h"
+#include "photon/ordinates_surfaces.h"
 #include "photon/ordinates_sweep.h"
 
 namespace obscura {
@@ -14,6 +15,7 @@ struct OrdinatesSolution::Data {
   const World* world;
   int interval;
   OrdinatesGrid grid;
+  OrdinatesSurfaces surfaces;
   OrdinateSet set;
   int degree;                        ///< of the harmonics
   detail::SweepAngles angles;
@@ -25,12 +27,13 @@ struct OrdinatesSolution::Data {
   std::vector<double> flux;          ///< [cell][axis]
   std::vector<double> uncollided;    ///< mean fluence per cell of sun, moon and beams
   std::array<std::array<std::vector<double>, 2>, 3> leaving;
-  /// What a beam scatters first in each cell, W/m3.
-  struct BeamLight {
+  /// What light of one direction scatters first in each cell, W/m3: of every sun, then of every beam.
+  struct FirstLight {
     Vec3d direction;
+    bool sun;
     std::vector<double> scattered;
   };
-  std::vector<BeamLight> beams;
+  std::vector<FirstLight> first;
   OrdinatesPowers powers;
   int iterations = 0;
   double error = 0;
@@ -42,6 +45,9 @@ struct OrdinatesSolution::Data {
   }
   /// Reduced optical depth along a ray.
   double depth(const Ray& ray) const;
+  /// What a surface reflects that the grid does not hold: the light of sun and moon, behind the clouds, and the
+  /// sky as if it were free.
+  double reflected_far(const SurfacePoint& at) const;
   std::size_t moment_count() const noexcept { return static_cast<std::size_t>(angles.moments); }
 };
 

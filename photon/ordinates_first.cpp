@@ -190,10 +190,25 @@ void add_forward_light(Data& data, const Sun& sun, const Vec3d& toward) {
   }
 }
 
-void add_light(Data& data, const std::vector<CellLight>& cells, const Vec3d& direction, std::vector<double>& source) {
+/// What it does at surfaces at first hand.
+void light_surfaces(Data& data, const Sun& sun) {
+  tbb::parallel_for(std::size_t{0}, data.surfaces.sides.size(), [&](std::size_t n) {
+    OrdinatesSide& side = data.surfaces.sides[n];
+    const double cosine = side.id.exists() && side.inside ? sun.toward.dot(side.normal) : 0.0;
+    if (!(cosine > 0) || !(side.reflectance > 0)) return;
+    const Ray shadow{side.position, sun.toward, data.world->surfaces().clearance(), kInfinity};
+    Stream stream(0, 0, 0);
+    if (data.world->blocked(shadow, side.id, stream)) return;
+    side.sunlight += cosine * sun.irradiance[static_cast<std::size_t>(data.interval)] * std::exp(-data.depth(shadow));
+  });
+}
+
+void add_light(Data& data, const std::vector<CellLight>& cells, const Vec3d& direction, bool sun, std::vector<double>& source) {
+  Data::FirstLight& first = data.first.emplace_back(Data::FirstLight{transform_direction(data.grid.grid_to_world(), direction), sun, {}});
   tbb::parallel_for(std::size_t{0}, cells.size(), [&](std::size_t cell) { put_source(data, cell, cells[cell], direction, source); });
   for (std::size_t cell = 0; cell < cells.size(); ++cell) {
     data.uncollided[cell] += cells[cell].fluence;
+    first.scattered.push_back(cells[cell].scattered);
     data.powers.first_scattered += cells[cell].scattered * data.grid.cell_volume();
     data.powers.first_absorbed += cells[cell].absorbed * data.grid.cell_volume();
   }
@@ -210,16 +225,15 @@ void add_first_collisions(Data& data, std::vector<double>& source) {
     if (!(sun.irradiance[interval] > 0)) continue;
     const Vec3d toward = transform_direction(data.grid.world_to_grid(), sun.toward);
     tbb::parallel_for(std::size_t{0}, cells.size(), [&](std::size_t cell) { cells[cell] = sunlight(data, cell, sun, toward); });
-    add_light(data, cells, -toward, source);
+    add_light(data, cells, -toward, true, source);
+    light_surfaces(data, sun);
     add_forward_light(data, sun, toward);
   }
   for (const Beam& beam : world.beams()) {
     if (!(beam.power[interval] > 0)) continue;
     std::fill(cells.begin(), cells.end(), CellLight{});
     add_beam(data, beam, cells);
-    add_light(data, cells, transform_direction(data.grid.world_to_grid(), beam.direction), source);
-    Data::BeamLight& light = data.beams.emplace_back(Data::BeamLight{beam.direction, {}});
-    for (const CellLight& cell : cells) light.scattered.push_back(cell.scattered);
+    add_light(data, cells, transform_direction(data.grid.world_to_grid(), beam.direction), false, source);
   }
 }
 

@@ -28,8 +28,9 @@ struct Piece {
 /// One ray on its way through the clouds, seen from its start.
 class View {
  public:
-  View(const Data& data, const Ray& ray)
-      : data_(data), ray_(ray), local_(transform_ray(data.grid.world_to_grid(), ray)),
+  /// @param exact with the sun's first scattering, discs and reflections by rays of their own
+  View(const Data& data, const Ray& ray, FaceId from, bool exact)
+      : data_(data), ray_(ray), from_(from), exact_(exact), local_(transform_ray(data.grid.world_to_grid(), ray)),
         air_(data.world->air_extinction(data.interval)), air_radiance_(data.world->air_radiance(data.interval)),
         harmonics_(data.moment_count(), 0.0) {
     spherical_harmonics(-local_.direction, data.degree, harmonics_.data());
@@ -40,6 +41,10 @@ class View {
   Incoming look() {
     Incoming in;
     double depth = 0;
+    Stream stream(0, 0, 0);
+    const SurfaceHit hit = data_.world->meet(ray_, from_, stream);
+    ray_.t_max = std::min(ray_.t_max, hit.t);
+    in.distance = hit.t;
     march(*data_.world, data_.interval, data_.grid, ray_,
           [&](double begin, double end, const LocalOptics& optics, std::optional<std::size_t> cell, const CellCursor& cursor) {
             depth += optics.extinction * (end - begin);
@@ -48,17 +53,25 @@ class View {
             if (cell && optics.scattering > 0) {
               const Piece piece{begin, end, extinction, optics, *cell};
               add_scattered(piece, cursor.corner());
-              add_sunlight(piece);
-              add_beams(piece);
+              if (exact_) add_sunlight(piece);
+              add_first_light(piece);
             }
             passed_ *= std::exp(-extinction * (end - begin));
             return passed_ > kOpaque;
           });
     if (!(passed_ > kOpaque)) depth = kInfinity;
     in.transmission = std::exp(-depth);
-    const double sky = data_.world->background(data_.interval, ray_.direction, false);
-    const double disc = data_.world->background(data_.interval, ray_.direction) - sky;
-    in.direct = radiance_ + passed_ * sky + in.transmission * disc;
+    in.transmission_air = through_air(ray_.t_max);
+    in.direct = radiance_;
+    if (hit.exists()) {
+      const SurfacePoint at = data_.world->surface_at(data_.interval, ray_, hit);
+      const double end = at.emission(at.cosine) + (passed_ > kOpaque ? reflected(at) : 0.0);
+      in.direct += passed_ * (in.transmission_air * end + (1 - in.transmission_air) * air_radiance_);
+    } else {
+      const double sky = data_.world->background(data_.interval, ray_.direction, false);
+      const double disc = exact_ ? data_.world->background(data_.interval, ray_.direction) - sky : 0.0;
+      in.direct += passed_ * sky + in.transmission * disc;
+    }
     return in;
   }
 
@@ -151,17 +164,51 @@ class View {
     }
   }
 
-  void add_beams(const Piece& piece) {
-    for (const Data::BeamLight& beam : data_.beams) {
-      const double scattered = beam.scattered[piece.cell];
-      if (!(scattered > 0)) continue;
+  /// The first scattering as the grid has it.
+  void add_first_light(const Piece& piece) {
+    for (const Data::FirstLight& light : data_.first) {
+      const double scattered = light.scattered[piece.cell];
+      if (!(scattered > 0) || (light.sun && exact_)) continue;
       const double seen = passed_ * through_air(piece.begin) * effective_length(piece.extinction + air_, piece.end - piece.begin);
-      radiance_ += seen * scattered * data_.grid.phase(piece.cell, -beam.direction.dot(ray_.direction));
+      radiance_ += seen * scattered * data_.grid.phase(piece.cell, -light.direction.dot(ray_.direction));
     }
   }
 
+  /// What a surface reflects: sunlight at first hand and what comes from all other directions, by rays; for
+  /// rays of that kind themselves, what the nearest opaque face of the grid reflects.
+  double reflected(const SurfacePoint& at) const {
+    if (!at.reflects()) return 0;
+    if (!exact_) {
+      const OrdinatesSide* const side = data_.surfaces.nearest(data_.grid, at.position, at.normal);
+      return side ? side->reflected : data_.reflected_far(at);
+    }
+    const World& world = *data_.world;
+    const double clearance = world.surfaces().clearance();
+    double sum = 0;
+    for (const Sun& sun : world.suns()) {
+      const double cosine = sun.toward.dot(at.normal);
+      const Ray shadow{at.position, sun.toward, clearance, kInfinity};
+      Stream stream(0, 0, 0);
+      if (!(cosine > 0) || world.blocked(shadow, at.id, stream)) continue;
+      sum += at.material->diffuse(cosine, at.cosine) * cosine * sun.irradiance[static_cast<std::size_t>(data_.interval)] * std::exp(-data_.depth(shadow));
+    }
+    // Equal shares of the cosine-weighted hemisphere.
+    constexpr int kRows = 12, kColumns = 24;
+    const auto [u, v] = orthonormal_basis(at.normal);
+    for (int n = 0; n < kRows * kColumns; ++n) {
+      const double sine2 = (n / kColumns + 0.5) / kRows, cosine = std::sqrt(1 - sine2);
+      const double phi = 2 * kPi * (n % kColumns + (n / kColumns % 2 ? 0.25 : 0.75)) / kColumns;
+      const Vec3d direction = std::sqrt(sine2) * (std::cos(phi) * u + std::sin(phi) * v) + cosine * at.normal;
+      sum += kPi / (kRows * kColumns) * at.material->diffuse(cosine, at.cosine) *
+             View(data_, {at.position, direction.normalized(), clearance, kInfinity}, at.id, false).look().direct;
+    }
+    return sum;
+  }
+
   const Data& data_;
-  const Ray& ray_;
+  Ray ray_;
+  FaceId from_;
+  bool exact_;
   Ray local_;
   double air_, air_radiance_;
   std::vector<double> harmonics_;
@@ -181,7 +228,7 @@ struct Patch {
 }  // namespace
 
 void OrdinatesSolution::radiance(std::span<const Ray> rays, std::span<Incoming> incoming) const {
-  tbb::parallel_for(std::size_t{0}, rays.size(), [&](std::size_t i) { incoming[i] = View(*data_, rays[i]).look(); });
+  tbb::parallel_for(std::size_t{0}, rays.size(), [&](std::size_t i) { incoming[i] = View(*data_, rays[i], {}, true).look(); });
 }
 
 double OrdinatesSolution::fluence_at(const Vec3d& point) const {
@@ -207,14 +254,11 @@ double OrdinatesSolution::fluence_at(const Vec3d& point) const {
         rays.push_back({point, Vec3d(sine * std::cos(phi), sine * std::sin(phi), z), 0, kInfinity});
       }
     }
-    std::vector<Incoming> in(rays.size());
-    radiance(rays, in);
+    std::vector<double> seen(rays.size());
+    tbb::parallel_for(std::size_t{0}, rays.size(), [&](std::size_t i) { seen[i] = View(*data_, rays[i], {}, false).look().direct; });
     for (std::size_t i = 0; i < parts.size(); ++i) {
       double sum = 0;
-      for (std::size_t n = 4 * i; n < 4 * i + 4; ++n) {
-        const double disc = world.background(data_->interval, rays[n].direction) - world.background(data_->interval, rays[n].direction, false);
-        sum += in[n].direct - (in[n].distance < kInfinity ? 0.0 : in[n].transmission * disc);
-      }
+      for (std::size_t n = 4 * i; n < 4 * i + 4; ++n) sum += seen[n];
       parts[i].integral = kPi * parts[i].side_z * parts[i].side_phi * sum;
     }
   };

@@ -55,6 +55,9 @@ OrdinatesSolver::OrdinatesSolver(OrdinatesSolution::Data& data, const OrdinatesS
     enter_size_[a] = boundary_size(data.angles, data.grid.cells(), axis);
     size_ += enter_size_[a];
   }
+  surfaces_at_ = size_;
+  size_ += data.surfaces.sides.size();
+  irradiance_.resize(data.surfaces.sides.size());
   check_memory();
 }
 
@@ -82,6 +85,43 @@ void OrdinatesSolver::make_sources() {
     const double emission = data_.grid.emission[cell] + air;
     data_.powers.emitted += 4 * kPi * emission * volume;
     for (std::size_t c = 0; c < 8; ++c) external_[(8 * cell + c) * data_.moment_count()] += isotropic * emission;
+  }
+}
+
+void OrdinatesSolver::look_outside() {
+  const World& world = *data_.world;
+  const OrdinatesGrid& grid = data_.grid;
+  const Vec3d extent = grid.extent_m();
+  bool beyond = false;
+  for (const Object& object : world.objects()) {
+    const Box3d box = transform_box(grid.world_to_grid(), bounds_of(object));
+    for (int a = 0; a < 3; ++a) beyond = beyond || box.min[a] < -1e-6 * extent[a] || box.max[a] > (1 + 1e-6) * extent[a];
+  }
+  if (!beyond) return;
+  const Vec3i n = grid.cells();
+  const auto count = static_cast<std::size_t>(data_.angles.ordinates);
+  for (int axis = 0; axis < 3; ++axis) {
+    const int first = axis == 0 ? 1 : 0, second = axis == 2 ? 1 : 2;
+    Vector& enter = outside_[static_cast<std::size_t>(axis)];
+    enter.assign(boundary_size(data_.angles, n, axis), world.sky(data_.interval));
+    const int rows = n[first] * n[second];
+    tbb::parallel_for(0, 8 * rows, [&](int task) {
+      const int octant = task / rows, u = task % rows % n[first], v = task % rows / n[first];
+      Vec3d point;
+      point[axis] = octant >> axis & 1 ? extent[axis] : 0.0;
+      point[first] = ((octant >> first & 1 ? n[first] - 1 - u : u) + 0.5) * grid.cell_m()[first];
+      point[second] = ((octant >> second & 1 ? n[second] - 1 - v : v) + 0.5) * grid.cell_m()[second];
+      const Vec3d from = transform_point(grid.grid_to_world(), point);
+      for (int o = 0; o < data_.set.per_octant(); ++o) {
+        const Ray ray{from, -transform_direction(grid.grid_to_world(), data_.set.direction(octant, o)), 0, kInfinity};
+        Stream stream(0, 0, 0);
+        const SurfaceHit hit = world.meet(ray, {}, stream);
+        if (!hit.exists()) continue;
+        const SurfacePoint at = world.surface_at(data_.interval, ray, hit);
+        const double radiance = at.emission(at.cosine) + data_.reflected_far(at);
+        for (std::size_t c = 0; c < 4; ++c) enter[(static_cast<std::size_t>(task) * 4 + c) * count + static_cast<std::size_t>(o)] = radiance;
+      }
+    });
   }
 }
 
@@ -121,6 +161,7 @@ void OrdinatesSolver::apply(const Vector& x, bool sources, Vector& y) {
   arrays.moments = y.data();
   arrays.sky = sources ? data_.world->sky(data_.interval) : 0.0;
   for (std::size_t a = 0; a < 3; ++a) {
+    if (sources && !outside_[a].empty()) arrays.enter[a] = outside_[a].data();
     if (enter_size_[a] == 0) continue;
     arrays.enter[a] = x.data() + enter_at_[a];
     arrays.leave[a] = y.data() + enter_at_[a];
@@ -131,7 +172,20 @@ void OrdinatesSolver::apply(const Vector& x, bool sources, Vector& y) {
       for (std::size_t side = 0; side < 2; ++side) arrays.leaving[a][side] = &data_.leaving[a][side];
     }
   }
+  std::vector<OrdinatesSide>& sides = data_.surfaces.sides;
+  std::fill(irradiance_.begin(), irradiance_.end(), 0.0);
+  if (!sides.empty()) {
+    for (std::size_t a = 0; a < 3; ++a) arrays.surface[a] = data_.surfaces.faces[a].data();
+    arrays.surface_radiance = x.data() + surfaces_at_;
+    arrays.surface_irradiance = irradiance_.data();
+  }
   sweep(data_.angles, arrays, scratch_);
+  for (std::size_t n = 0; n < sides.size(); ++n) {
+    // Isotropic light has to come back as it came: half_flux is the set's pi.
+    double radiance = sides[n].reflectance * irradiance_[n] / data_.set.half_flux(sides[n].axis);
+    if (sources) radiance += sides[n].emission + sides[n].reflectance * sides[n].sunlight / kPi;
+    y[surfaces_at_ + n] = sides[n].inside ? radiance : 0.0;
+  }
   ++data_.iterations;
 }
 
@@ -230,8 +284,21 @@ void OrdinatesSolver::finish() {
     for (std::size_t side = 0; side < 2; ++side) {
       const std::vector<double>& faces = data_.leaving[a][side];
       for (const double face : faces) data_.powers.left[a][side] += face * grid.face_area(axis);
-      data_.powers.entered += data_.world->sky(data_.interval) * data_.set.half_flux(axis) * grid.face_area(axis) * static_cast<double>(faces.size());
+      if (outside_[a].empty()) {
+        data_.powers.entered += data_.world->sky(data_.interval) * data_.set.half_flux(axis) * grid.face_area(axis) * static_cast<double>(faces.size());
+      }
     }
+  }
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto count = static_cast<std::size_t>(data_.angles.ordinates);
+    for (std::size_t n = 0; n < outside_[a].size(); ++n) {
+      data_.powers.entered += 0.25 * data_.angles.current[a][n % count] * outside_[a][n] * grid.face_area(static_cast<int>(a));
+    }
+  }
+  for (std::size_t n = 0; n < data_.surfaces.sides.size(); ++n) {
+    OrdinatesSide& side = data_.surfaces.sides[n];
+    side.reflected = y[surfaces_at_ + n] - side.emission;
+    data_.powers.surfaces += grid.face_area(side.axis) * (data_.set.half_flux(side.axis) * x_[surfaces_at_ + n] - irradiance_[n]);
   }
   y.resize(moments_size_);
   y.shrink_to_fit();
@@ -240,6 +307,7 @@ void OrdinatesSolver::finish() {
 
 void OrdinatesSolver::solve(const Progress& progress) {
   make_sources();
+  look_outside();
   make_diffusion();
   source_.assign(moments_size_, 0.0);
   x_.assign(size_, 0.0);

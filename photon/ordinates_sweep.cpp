@@ -38,25 +38,45 @@ std::size_t face_count(const Vec3i& cells, int axis) noexcept {
   return static_cast<std::size_t>(cells[a]) * static_cast<std::size_t>(cells[b]);
 }
 
-/// Adds what has come out of an octant's last cells to the faces of the grid that they lie at.
+/// Surface on a face of the grid, or none; the face is counted in grid cells.
+std::int32_t surface_on(const SweepArrays& arrays, const Vec3i& face, int axis) noexcept {
+  const std::int32_t* const numbers = arrays.surface[static_cast<std::size_t>(axis)];
+  if (!numbers) return -1;
+  Vec3i size = arrays.cells;
+  size[axis] += 1;
+  return numbers[(face.z * size.y + face.y) * size.x + face.x];
+}
+
+/// Adds what has come out of an octant's last cells to the faces of the grid that they lie at, or to the
+/// surfaces there.
 void sum_leaving(const RowJob& job, int axis) {
   const auto a = static_cast<std::size_t>(axis);
+  const SweepArrays& arrays = *job.arrays;
   const bool downward = job.octant >> axis & 1;
-  std::vector<double>* const to = job.arrays->leaving[a][downward ? 0 : 1];
-  if (!to) return;
-  const Vec3i& n = job.arrays->cells;
+  std::vector<double>* const to = arrays.leaving[a][downward ? 0 : 1];
+  if (!to && !arrays.surface[a]) return;
+  const Vec3i& n = arrays.cells;
   const int first = axis == 0 ? 1 : 0, second = axis == 2 ? 1 : 2;
-  to->resize(face_count(n, axis));
+  if (to) to->resize(face_count(n, axis));
   const auto count = static_cast<std::size_t>(job.angles->ordinates);
   for (int v = 0; v < n[second]; ++v) {
     for (int u = 0; u < n[first]; ++u) {
+      Vec3i face;
+      face[axis] = downward ? 0 : n[axis];
+      face[first] = job.octant >> first & 1 ? n[first] - 1 - u : u;
+      face[second] = job.octant >> second & 1 ? n[second] - 1 - v : v;
+      const std::int32_t surface = surface_on(arrays, face, axis);
+      if (!to && surface < 0) continue;
       const double* const f = job.face[a] + static_cast<std::size_t>(v * n[first] + u) * 4 * count;
       double sum = 0;
       for (std::size_t o = 0; o < count; ++o) {
         sum += job.angles->current[a][o] * 0.25 * (f[o] + f[count + o] + f[2 * count + o] + f[3 * count + o]);
       }
-      const int uu = job.octant >> first & 1 ? n[first] - 1 - u : u, vv = job.octant >> second & 1 ? n[second] - 1 - v : v;
-      (*to)[static_cast<std::size_t>(vv * n[first] + uu)] += sum;
+      if (surface >= 0) {
+        arrays.surface_irradiance[2 * static_cast<std::size_t>(surface) + (downward ? 1 : 0)] += sum;
+      } else {
+        (*to)[static_cast<std::size_t>(face[second] * n[first] + face[first])] += sum;
+      }
     }
   }
 }
@@ -104,12 +124,10 @@ void pass_surfaces(const RowJob& job, const Vec3i& cell, const std::array<double
   const auto count = static_cast<std::size_t>(job.angles->ordinates);
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
-    if (!arrays.surface[a]) continue;
     const bool downward = job.octant >> axis & 1;
-    Vec3i face = cell, size = arrays.cells;
-    size[axis] += 1;
+    Vec3i face = cell;
     if (downward) face[axis] += 1;
-    const std::int32_t surface = arrays.surface[a][(face.z * size.y + face.y) * size.x + face.x];
+    const std::int32_t surface = surface_on(arrays, face, axis);
     if (surface < 0) continue;
     // Light that goes up the axis arrives at the side that looks down and leaves from the other.
     const std::size_t arrives = 2 * static_cast<std::size_t>(surface) + (downward ? 1 : 0);
