@@ -98,19 +98,21 @@ TEST_CASE("d5: photons find their way through thick slabs that do not absorb", "
 
 TEST_CASE("d6: photons agree with DISORT's problems, converged", "[physics][reference][slab]") {
   const Csv csv = reference_table("d6_disort_published.csv");
-  Verified verified("d6_disort_published.csv", kMethod, "fluxes of problems 1 to 3, converged columns",
-                    "SE < 0.4 % of the light each, 0.2 % together");
+  Verified verified("d6_disort_published.csv", kMethod, "fluxes of every row, converged columns",
+                    "SE < 0.6 % of the light each, 0.2 % together");
   for (std::size_t row = 0; row < csv.size(); ++row) {
     const auto number = [&](const char* column) { return csv.number(row, column); };
     const char problem = csv.text(row, "test")[0];
-    if (problem > '3') continue;  // haze L and cloud C.1: phase functions by moments, which photons do not have
-    const PhaseFunction phase = problem == '1' ? hg(0) : problem == '2' ? PhaseFunction::rayleigh() : hg(0.75);
+    const PhaseFunction phase = problem == '1'   ? hg(0)
+                                : problem == '2' ? PhaseFunction::rayleigh()
+                                : problem == '3' ? hg(0.75)
+                                                 : published_phase(problem == '4' ? "hazeL" : "cloudC1");
     const double incident = number("mu0") * number("F0");
     INFO("problem " << csv.text(row, "test"));
-    const SlabLight found = lit({{number("tau"), number("w"), phase, 0}}, number("mu0"), 40000, row);
+    const SlabLight found = lit({{number("tau"), number("w"), phase, 0}}, number("mu0"), number("tau") > 50 ? 8000 : 40000, row);
     for (const auto& [flux, reference] : {std::pair(found.up, number("Fup")), std::pair(found.down, number("Fdn_diffuse") + number("Fdirect"))}) {
       if (reference / incident < 0.01) continue;
-      CHECK(verified.mean(flux, reference / incident, rule(reference / incident, 0.004, 20)));
+      CHECK(verified.mean(flux, reference / incident, rule(reference / incident, 0.006, 26)));
     }
   }
   check_common(verified, 0.002);

@@ -8,7 +8,7 @@
 #include "octree/build.h"
 #include "octree/shapes.h"
 #include "photon/world.h"
-#include "tests/support/csv.h"
+#include "tests/support/verified.h"
 #include "tests/support/voxel_fields.h"
 
 namespace obscura::test {
@@ -16,6 +16,31 @@ namespace obscura::test {
 /// The phase function of a table's row.
 inline PhaseFunction hg(double g) {
   return g == 0 ? PhaseFunction::isotropic() : PhaseFunction::henyey_greenstein(g);
+}
+
+/// From the moments (2 l + 1) chi_l that file f6 has published for "hazeL" or "cloudC1", as a table of 2881
+/// angles.
+inline PhaseFunction published_phase(const std::string& name) {
+  const Csv csv = reference_table("f6_mie_polydisperse_moments.csv");
+  std::vector<double> moments{1};
+  for (std::size_t i = 0; i < csv.size(); ++i) {
+    if (csv.text(i, "name") == name && !csv.text(i, "published").empty()) moments.push_back(csv.number(i, "published"));
+  }
+  std::vector<double> angles, values;
+  constexpr int kSteps = 2880;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double cosine = std::cos(kPi * i / kSteps);
+    double before = 0, legendre = 1, sum = 0;
+    for (std::size_t l = 0; l < moments.size(); ++l) {
+      sum += moments[l] * legendre;
+      const double next = ((2.0 * static_cast<double>(l) + 1) * cosine * legendre - static_cast<double>(l) * before) / (static_cast<double>(l) + 1);
+      before = legendre;
+      legendre = next;
+    }
+    angles.push_back(180.0 * i / kSteps);
+    values.push_back(std::max(0.0, sum));  // the series is cut off: it may swing below 0 by a little
+  }
+  return PhaseFunction::table(angles, values, nullptr);
 }
 
 inline std::shared_ptr<const Octree> exact_octree(const VoxelStream& stream) {
