@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 
 #include "tests/support/photon_measures.h"
+#include "tests/support/reference_rules.h"
 #include "tests/support/reference_worlds.h"
-#include "tests/support/verified.h"
 
 using namespace obscura;
 using namespace obscura::test;
@@ -14,27 +14,13 @@ namespace {
 constexpr double kWide = 1000;  // m, of the periodic cell: flights rarely leave it
 const char* const kMethod = "photon tracing";
 
-PhaseFunction row_phase(const Csv& csv, std::size_t row) {
-  return csv.text(row, "phase") == "rayleigh" ? PhaseFunction::rayleigh() : hg(csv.number(row, "g"));
-}
-
 SlabLight lit(const std::vector<Layer>& layers, double mu0, std::uint64_t photons, std::uint64_t seed) {
   const Stack stack{layers, kWide, mu0, 0};
   return slab_light(World(stack_contents(stack)), stack.top(), kWide, mu0, photons, seed);
 }
 
-/// Each comparison: standard error below `error` of the incident light, z below its limit.
 AgreeOptions rule(double reference, double error, double comparisons) {
-  const double limit = student_limit(kFalseAlarm / comparisons, kManyBatches - 1);
-  return {.resolution = error * (limit + 3.09) / reference, .comparisons = comparisons, .degrees_of_freedom = kManyBatches - 1};
-}
-
-/// What all comparisons of a table have in common is known much better than one of them.
-void check_common(const Verified& verified, double largest_error) {
-  INFO("in common " << verified.common().mean << " +- " << verified.common().standard_error);
-  CHECK(std::abs(verified.common().mean) < 4.9 * verified.common().standard_error);
-  CHECK(verified.common().standard_error < largest_error);
-  CHECK(verified.rms_z() == Approx(1).margin(0.25));
+  return held_to(reference, error, comparisons, kManyBatches);
 }
 
 }  // namespace
@@ -45,7 +31,7 @@ TEST_CASE("d1, d2: photons are reflected, transmitted and absorbed by every slab
     Verified verified(file, kMethod, "R, T and A of every row", "SE < 0.4 % of the light each, 0.1 % together");
     for (std::size_t row = 0; row < csv.size(); ++row) {
       const auto number = [&](const char* column) { return csv.number(row, column); };
-      const PhaseFunction phase = file[1] == '1' ? PhaseFunction::isotropic() : row_phase(csv, row);
+      const PhaseFunction phase = row_phase(csv, row);
       INFO(file << ", row " << row << ": tau " << number("tau") << ", w " << number("w") << ", mu0 " << number("mu0"));
       const SlabLight found = lit({{number("tau"), number("w"), phase, 0}}, number("mu0"), 30000, row);
       const double transmitted = number("T_direct") + number("T_diffuse");
@@ -102,14 +88,9 @@ TEST_CASE("d6: photons agree with DISORT's problems, converged", "[physics][refe
                     "SE < 0.6 % of the light each, 0.2 % together");
   for (std::size_t row = 0; row < csv.size(); ++row) {
     const auto number = [&](const char* column) { return csv.number(row, column); };
-    const char problem = csv.text(row, "test")[0];
-    const PhaseFunction phase = problem == '1'   ? hg(0)
-                                : problem == '2' ? PhaseFunction::rayleigh()
-                                : problem == '3' ? hg(0.75)
-                                                 : published_phase(problem == '4' ? "hazeL" : "cloudC1");
     const double incident = number("mu0") * number("F0");
     INFO("problem " << csv.text(row, "test"));
-    const SlabLight found = lit({{number("tau"), number("w"), phase, 0}}, number("mu0"), number("tau") > 50 ? 8000 : 40000, row);
+    const SlabLight found = lit({{number("tau"), number("w"), disort_phase(csv.text(row, "test")[0]), 0}}, number("mu0"), number("tau") > 50 ? 8000 : 40000, row);
     for (const auto& [flux, reference] : {std::pair(found.up, number("Fup")), std::pair(found.down, number("Fdn_diffuse") + number("Fdirect"))}) {
       if (reference / incident < 0.01) continue;
       CHECK(verified.mean(flux, reference / incident, rule(reference / incident, 0.006, 26)));
@@ -122,9 +103,7 @@ TEST_CASE("d7: photons pass stacks of layers", "[physics][reference][slab]") {
   const Csv csv = reference_table("d7_two_layer_slab.csv");
   Verified verified("d7_two_layer_slab.csv", kMethod, "R and T of every row", "SE < 0.4 % of the light each (even light 1 %), 0.2 % together");
   for (std::size_t row = 0; row < csv.size(); ++row) {
-    std::vector<Layer> layers;
-    const std::vector<double> tau = csv.numbers(row, "tau_list"), w = csv.numbers(row, "w_list"), g = csv.numbers(row, "g_list");
-    for (std::size_t i = 0; i < tau.size(); ++i) layers.push_back({tau[i], w[i], hg(g[i]), 0});
+    const std::vector<Layer> layers = row_layers(csv, row);
     INFO(csv.text(row, "case") << " " << csv.text(row, "illum") << " " << csv.text(row, "mu0"));
     const double reflected = csv.number(row, "R");
     if (csv.text(row, "illum") == "beam") {

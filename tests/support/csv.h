@@ -3,6 +3,7 @@
 // read.
 #pragma once
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <stdexcept>
@@ -34,6 +35,9 @@ class Csv {
 
   std::size_t size() const { return rows_.size(); }
 
+  bool has(const std::string& column) const {
+    return std::find(header_.begin(), header_.end(), column) != header_.end();
+  }
   const std::string& text(std::size_t row, const std::string& column) const {
     for (std::size_t i = 0; i < header_.size(); ++i) {
       if (header_[i] == column) return rows_.at(row)[i];

@@ -43,6 +43,22 @@ inline PhaseFunction published_phase(const std::string& name) {
   return PhaseFunction::table(angles, values, nullptr);
 }
 
+/// Of a row of d1 (no column "phase") or d2.
+inline PhaseFunction row_phase(const Csv& csv, std::size_t row) {
+  return csv.has("phase") && csv.text(row, "phase") == "rayleigh" ? PhaseFunction::rayleigh() : hg(csv.number(row, "g"));
+}
+
+/// Of a problem of DISORT's, by its number in file d6.
+inline PhaseFunction disort_phase(char problem) {
+  switch (problem) {
+    case '1': return hg(0);
+    case '2': return PhaseFunction::rayleigh();
+    case '3': return hg(0.75);
+    case '4': return published_phase("hazeL");
+    default: return published_phase("cloudC1");
+  }
+}
+
 inline std::shared_ptr<const Octree> exact_octree(const VoxelStream& stream) {
   BuildSettings settings;
   settings.tolerance = 0;
@@ -63,6 +79,14 @@ struct Layer {
   PhaseFunction phase;
   double source = 0;  ///< Planck radiance
 };
+
+/// The layers of a row of d7.
+inline std::vector<Layer> row_layers(const Csv& csv, std::size_t row) {
+  const std::vector<double> tau = csv.numbers(row, "tau_list"), w = csv.numbers(row, "w_list"), g = csv.numbers(row, "g_list");
+  std::vector<Layer> layers;
+  for (std::size_t i = 0; i < tau.size(); ++i) layers.push_back({tau[i], w[i], hg(g[i]), 0});
+  return layers;
+}
 
 /// One above the other, 1 m each, the first on top; the lowest stands on z = 0. Light of a sun comes down
 /// along (sin, 0, -mu0), its irradiance normal to the beam is 1.

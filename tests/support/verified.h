@@ -73,6 +73,7 @@ class Verified {
   /// In place of what the comparisons say.
   void note(std::string reached) { note_ = std::move(reached); }
 
+  int count() const { return count_; }
   double worst() const { return worst_; }
   /// About 1 where the errors are told rightly.
   double rms_z() const { return count_ ? std::sqrt(z2_ / count_) : 0.0; }
