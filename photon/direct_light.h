@@ -11,6 +11,9 @@
 
 namespace obscura::detail {
 
+/// What a drawn direction counts: value over density, 1 where it was the only one.
+inline double drawn_share(double value, double density) noexcept { return density < kInfinity ? value / density : 1.0; }
+
 /// A point in a cloud, seen along a ray. Directions `toward` are where light comes from.
 class CloudScatterer {
  public:
@@ -27,8 +30,9 @@ class CloudScatterer {
     const double v = stream.uniform();
     return scattering_.sample(along_, u, v, stream.uniform());
   }
-  /// Density of sample(), 1/sr, where value() is the given one.
-  double density(const Vec3d&, double value) const noexcept { return value; }
+  /// Density of sample(), 1/sr, where value() is the given one. Infinite where it is 0, for then a phase function
+  /// without a density (g = 1 or -1) has drawn the one direction that it has.
+  double density(const Vec3d&, double value) const noexcept { return value > 0 ? value : kInfinity; }
   const LocalScattering& scattering() const noexcept { return scattering_; }
   const Vec3d& along() const noexcept { return along_; }
 
@@ -216,7 +220,8 @@ class DirectLight {
     const SurfaceHit hit = world_.meet(ray, at.from(), stream);
     ray.t_max = hit.t;
     const double depth = air_ > 0 ? -std::log(stream.uniform()) : 0.0;
-    if (value > 0) shoot_drawn(owner, weight * value / density, density, ray, hit, depth);
+    const double share = drawn_share(value, density);
+    if (share > 0) shoot_drawn(owner, weight * share, density, ray, hit, depth);
   }
 
   /// Towards a point of an emitting face. This and what is drawn, or the path, count by the balance heuristic.

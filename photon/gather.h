@@ -65,8 +65,8 @@ class Gather {
     const Vec3d toward = at.sample(leg.stream);
     const double value = at.value(toward);
     leg.density = at.density(toward, value);
-    if (!(value > 0)) return false;
-    leg.weight = weight * value / leg.density;
+    leg.weight = weight * drawn_share(value, leg.density);
+    if (!(leg.weight > 0)) return false;
     leg.from = at.from();
     leg.discs = true;
     leg.ray = {at.position(), toward, at.from().exists() ? world_.surfaces().clearance() : 0.0, kInfinity};
