@@ -21,7 +21,7 @@ struct OrdinatesSettings {
   Vec3i cells{0, 0, 0};
   std::optional<Box3d> box;  ///< of the grid, world metres; absent: the bounds of the clouds, or one period
   int order = 8;             ///< N of S_N, even, 2 to 32
-  AngularQuadrature quadrature = AngularQuadrature::product;
+  AngularQuadrature quadrature = AngularQuadrature::double_gauss;
   double tolerance = 1e-7;   ///< of the iteration: estimated error relative to the solution, in the mean square
   int max_iterations = 200;  ///< sweeps
   double memory_MiB = 6144;  ///< more is refused
@@ -45,6 +45,11 @@ struct OrdinatesPowers {
   }
 };
 
+struct OrdinatesEstimate {
+  double value = 0;
+  double error = 0;  ///< about one standard error: |value - truth| below twice of it is agreement
+};
+
 /// Immutable; thread-safe. The World must outlive it.
 class OrdinatesSolution {
  public:
@@ -66,8 +71,9 @@ class OrdinatesSolution {
   /// Cells where the fluence would have been negative somewhere and was made flatter.
   std::size_t flattened() const noexcept;
 
-  /// Fluence at a point: the radiance from all directions, found adaptively, and the discs.
-  double fluence_at(const Vec3d& point) const;
+  /// Fluence at a point, W/m2: the radiance from all directions, found adaptively, and the discs. Beams count
+  /// from their first scattering on. The error is that of the directions alone.
+  OrdinatesEstimate fluence_at(const Vec3d& point) const;
 
   /// Radiance along rays: Incoming's direct, transmission and distance. The World's own segments attenuate
   /// and emit; scattered light comes from the solution, the first scattering of sun and moon from the exact

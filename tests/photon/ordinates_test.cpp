@@ -280,7 +280,7 @@ TEST_CASE("in a furnace surfaces are black too, whatever they reflect", "[ordina
     CHECK(in.direct == Approx(2).epsilon(1e-5));
   }
   CHECK(std::abs(solution.powers().residual()) < 1e-6);
-  CHECK(solution.fluence_at(Vec3d(0.3, 0.3, 2.9)) == Approx(8 * kPi).epsilon(1e-5));
+  CHECK(solution.fluence_at(Vec3d(0.3, 0.3, 2.9)).value == Approx(8 * kPi).epsilon(1e-5));
 }
 
 TEST_CASE("a chalky floor under a sun reflects what it should, and darkens behind a box", "[ordinates][surfaces]") {
@@ -337,6 +337,40 @@ TEST_CASE("a warm plate in a cloud gives its power off to cloud and faces", "[or
   CHECK(in.transmission == Approx(std::exp(-0.3 * 4)));
   CHECK(in.direct > std::exp(-1.2));
   CHECK(in.direct < 1);
+}
+
+TEST_CASE("fluence far away through voids is that of the published benchmark", "[ordinates][fluence]") {
+  // Kobayashi's first problem without scattering: a source of 10 cm in a void of 50 cm in a shield, mirrored.
+  const Csv e5(table("e5_kobayashi.csv"));
+  CloudWish wish;
+  wish.voxels = Vec3i(20);
+  wish.voxel_m = 10;
+  wish.corner_m = Vec3d(-100);
+  const auto place = [](const Vec3i& v) {
+    const auto from_middle = [](int i) { return i < 10 ? 9 - i : i - 10; };
+    return std::max({from_middle(v.x), from_middle(v.y), from_middle(v.z)});
+  };
+  wish.density = [&](const Vec3i& v) { return place(v) >= 1 && place(v) < 5 ? 1e-4 : 0.1; };
+  WorldContents contents = grey_contents(wish);
+  CloudWish source = wish;
+  source.density = [&](const Vec3i& v) { return place(v) == 0 ? 1.0 : 0.0; };
+  Cloud lamp = make_cloud(source);
+  lamp.media[0].extinction = {1e-12};
+  lamp.emission = {1 / (4 * kPi)};
+  contents.clouds.push_back(lamp);
+  const World world(std::move(contents));
+  OrdinatesSettings settings;
+  settings.cells = Vec3i(20);
+  settings.order = 4;
+  const OrdinatesSolution solution = solve_ordinates(world, 0, settings);
+  CHECK(solution.powers().emitted == Approx(8000).epsilon(1e-9));
+  for (std::size_t row = 0; row < e5.size(); ++row) {
+    if (e5.number(row, "problem") != 1 || e5.text(row, "case") != "i" || row % 5 != 0) continue;
+    const OrdinatesEstimate fluence = solution.fluence_at(Vec3d(e5.number(row, "x"), e5.number(row, "y"), e5.number(row, "z")));
+    INFO("row " << row << " value " << fluence.value << " error " << fluence.error);
+    CHECK(fluence.value == Approx(e5.number(row, "flux")).epsilon(1e-3));
+    CHECK(std::abs(fluence.value - e5.number(row, "flux")) < 3 * fluence.error);
+  }
 }
 
 TEST_CASE("too much memory and what cannot be solved are refused by name", "[ordinates][errors]") {
