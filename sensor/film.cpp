@@ -202,6 +202,40 @@ void Film::put(FilmTile&& tile) {
   }
 }
 
+void Film::pool_errors() {
+  std::vector<float> pooled(pixel_count());
+  for (int b = 0; b < bands(); ++b) {
+    const std::span<const float> transmission = values(b, Value::transmission);
+    const auto cloudy = [&](int x, int y) {
+      return x >= 0 && x < columns() && y >= 0 && y < rows() && passes(x, y) > 0 &&
+             transmission[static_cast<std::size_t>(y * columns() + x)] < 1;
+    };
+    for (const Value which : {Value::error, Value::bias}) {
+      const std::span<float> own = plane(kBandValues * b + static_cast<int>(which));
+      const bool squares = which == Value::error;
+      for (int y = 0; y < rows(); ++y) {
+        for (int x = 0; x < columns(); ++x) {
+          const auto place = static_cast<std::size_t>(y * columns() + x);
+          pooled[place] = own[place];
+          if (!cloudy(x, y)) continue;
+          double sum = 0;
+          int count = 0;
+          for (int v = y - 1; v <= y + 1; ++v) {
+            for (int u = x - 1; u <= x + 1; ++u) {
+              if (!cloudy(u, v)) continue;
+              const double value = own[static_cast<std::size_t>(v * columns() + u)];
+              sum += squares ? value * value : value;
+              ++count;
+            }
+          }
+          pooled[place] = static_cast<float>(squares ? std::sqrt(sum / count) : sum / count);
+        }
+      }
+      std::ranges::copy(pooled, own.begin());
+    }
+  }
+}
+
 void Film::merge(const Film& other) {
   assert(other.settings_.resolution == settings_.resolution && other.bands() == bands());
   const int object = common_channel(bands(), kObject);

@@ -127,6 +127,11 @@ class Film {
   /// be put by different threads at once; a tile that is never put stays undone.
   void put(FilmTile&& tile);
 
+  /// Replaces error (in squares) and bias of each pixel by the mean over it and its neighbours: a single pixel's
+  /// few rays are skewed, and those that miss what is bright claim too small an error with too small a mean
+  /// (METHODS.md). Pixels that see no cloud neither give nor take. Once, when all tiles are there.
+  void pool_errors();
+
   /// Adds an independent pass over the same image (its own seed, its own map): means are weighted by
   /// passes, errors add in squares, depth is the nearer, the object is this film's.
   void merge(const Film& other);

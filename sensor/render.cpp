@@ -110,6 +110,7 @@ Rendered render(const World& world, const Estimator& estimator, const Camera& ca
     film.put(std::move(tile));
     progress.report("image", ++done, static_cast<std::uint64_t>(film.tile_count()));
   });
+  film.pool_errors();
   Rendered result{std::move(film), {}};
   for (const RadianceCounts& tile : counts) result.counts += tile;
   return result;
