@@ -145,6 +145,8 @@ Plan make_plan(const Description& scene, const World& world) {
     share_samples(scene, plan);
   } else if (gathers(scene, world)) {
     plan.radiance.gather_bounces = 1;
+    // Many questions, none of which shows by itself: the least points for each denominator do.
+    plan.radiance.gather.rounds = 2;
     share_samples(scene, plan);
   }
   return plan;

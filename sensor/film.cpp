@@ -218,17 +218,17 @@ void Film::pool_errors() {
           const auto place = static_cast<std::size_t>(y * columns() + x);
           pooled[place] = own[place];
           if (!cloudy(x, y)) continue;
-          double sum = 0;
-          int count = 0;
+          double sum = 0, weights = 0;
           for (int v = y - 1; v <= y + 1; ++v) {
             for (int u = x - 1; u <= x + 1; ++u) {
               if (!cloudy(u, v)) continue;
               const double value = own[static_cast<std::size_t>(v * columns() + u)];
-              sum += squares ? value * value : value;
-              ++count;
+              const double weight = (u == x ? 2.0 : 1.0) * (v == y ? 2.0 : 1.0);
+              sum += weight * (squares ? value * value : value);
+              weights += weight;
             }
           }
-          pooled[place] = static_cast<float>(squares ? std::sqrt(sum / count) : sum / count);
+          pooled[place] = static_cast<float>(squares ? std::sqrt(sum / weights) : sum / weights);
         }
       }
       std::ranges::copy(pooled, own.begin());

@@ -127,7 +127,7 @@ class Film {
   /// be put by different threads at once; a tile that is never put stays undone.
   void put(FilmTile&& tile);
 
-  /// Replaces error (in squares) and bias of each pixel by the mean over it and its neighbours: a single pixel's
+  /// Replaces error (in squares) and bias of each pixel by the weighted mean over it and its neighbours: a pixel's own
   /// few rays are skewed, and those that miss what is bright claim too small an error with too small a mean
   /// (METHODS.md). Pixels that see no cloud neither give nor take. Once, when all tiles are there.
   void pool_errors();

@@ -102,8 +102,9 @@ TEST_CASE("photon map and brute force agree on a rough cloud", "[physics][agreem
       // In the mean the kernel's bias is below 1 %.
       CHECK(std::abs(mean.mean - reference.mean()) < 3 * error + 0.01 * reference.mean());
       CHECK(error < 0.02 * reference.mean());
-      // The picture's voxels bend it inside a pixel, which counts as noise of its stratified rays.
-      CHECK(std::sqrt(z2) > 0.85);
+      // The picture's voxels bend it inside a pixel, which counts as noise of its stratified rays, and edges lend
+      // their errors to their neighbours: much in a picture of so few pixels.
+      CHECK(std::sqrt(z2) > 0.75);
       CHECK(std::sqrt(z2) < 1.3);
     }
   }

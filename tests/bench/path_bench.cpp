@@ -1,0 +1,221 @@
+// The path tracer against a plain delta tracker with one global majorant, on the same cloud and camera, one
+// thread: mean squared error times time, for sun and sky. Both are unbiased; the means are printed beside.
+#include <nanovdb/NanoVDB.h>
+#include <nanovdb/util/OpenToNanoVDB.h>
+
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <vector>
+
+#include "octree/build.h"
+#include "photon/path_tracer.h"
+#include "photon/phase.h"
+#include "photon/sampling.h"
+#include "sensor/camera.h"
+#include "sensor/sampler.h"
+#include "tests/bench/fields.h"
+
+using namespace obscura;
+using namespace obscura::bench;
+
+namespace {
+
+constexpr int kSide = 64;     // pixels
+constexpr int kRays = 16;     // of a pixel and repeat
+constexpr int kRepeats = 8;
+constexpr double kAlbedo = 0.95, kG = 0.6, kSky = 0.3, kSun = 5;
+
+double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+/// Cheap and good enough for a baseline: SplitMix64 (Steele et al., OOPSLA 2014).
+struct Random {
+  std::uint64_t state;
+  double operator()() noexcept {
+    std::uint64_t z = state += 0x9E3779B97F4A7C15u;
+    z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9u;
+    z = (z ^ z >> 27) * 0x94D049BB133111EBu;
+    return (static_cast<double>((z ^ z >> 31) >> 11) + 0.5) * 0x1p-53;
+  }
+};
+
+/// Woodcock tracking for flights, ratio tracking for shadow rays (Novak et al., 2014), survival weights with
+/// roulette, the sky where a path escapes.
+class DeltaTracker {
+ public:
+  DeltaTracker(const nanovdb::NanoGrid<float>& grid, double extinction, const Vec3d& toward_sun)
+      : accessor_(grid.getAccessor()), extinction_(extinction), toward_(toward_sun) {
+    const auto box = grid.tree().bbox();
+    for (int a = 0; a < 3; ++a) {
+      low_[a] = box.min()[a];
+      high_[a] = box.max()[a] + 1;
+    }
+    majorant_ = extinction * static_cast<double>(grid.tree().root().maximum());
+  }
+
+  double radiance(Vec3d x, Vec3d d, Random& random) const {
+    double weight = 1, sum = 0;
+    for (;;) {
+      auto [t, exit] = clip(x, d);
+      double k = 0;
+      do {
+        t -= std::log(random()) / majorant_;
+        if (t >= exit) return sum + weight * kSky;
+        k = at(x + t * d);
+      } while (random() * majorant_ >= k);
+      x += t * d;
+      weight *= kAlbedo;
+      sum += weight * phase_.value(d.dot(toward_)) * kSun * transmission(x, random);
+      if (weight < 0.1) {
+        if (random() >= weight / 0.1) return sum;
+        weight = 0.1;
+      }
+      const double cosine = phase_.sample(random(), 0.5);
+      d = direction_about(d, cosine, 2 * kPi * random());
+    }
+  }
+
+ private:
+  double at(const Vec3d& p) const {
+    return extinction_ * static_cast<double>(accessor_.getValue(nanovdb::Coord(nanovdb::Floor(p.x), nanovdb::Floor(p.y), nanovdb::Floor(p.z))));
+  }
+  std::pair<double, double> clip(const Vec3d& x, const Vec3d& d) const {
+    double near = 0, far = kInfinity;
+    for (int a = 0; a < 3; ++a) {
+      const double t0 = (low_[a] - x[a]) / d[a], t1 = (high_[a] - x[a]) / d[a];
+      near = std::max(near, std::min(t0, t1));
+      far = std::min(far, std::max(t0, t1));
+    }
+    return {near, far};
+  }
+  double transmission(const Vec3d& x, Random& random) const {
+    auto [t, exit] = clip(x, toward_);
+    double through = 1;
+    for (;;) {
+      t -= std::log(random()) / majorant_;
+      if (t >= exit) return through;
+      through *= 1 - at(x + t * toward_) / majorant_;
+      if (through < 0.1) {
+        if (random() >= through / 0.1) return 0;
+        through = 0.1;
+      }
+    }
+  }
+
+  nanovdb::DefaultReadAccessor<float> accessor_;
+  double extinction_;
+  Vec3d toward_;
+  Vec3d low_, high_;
+  double majorant_;
+  PhaseFunction phase_ = PhaseFunction::henyey_greenstein(kG);
+};
+
+/// Images of independent repeats: their scatter and the time of one.
+struct Repeats {
+  std::vector<std::vector<double>> images;
+  double seconds = 0;
+
+  double mean() const {
+    double sum = 0;
+    for (const auto& image : images) for (const double value : image) sum += value;
+    return sum / static_cast<double>(images.size() * images[0].size());
+  }
+  /// Mean squared error of one image by the definition of the image error, from the scatter.
+  double squared_error() const {
+    std::vector<double> means(images[0].size());
+    for (const auto& image : images) for (std::size_t p = 0; p < image.size(); ++p) means[p] += image[p] / static_cast<double>(images.size());
+    const double top = *std::max_element(means.begin(), means.end());
+    double sum = 0;
+    for (const auto& image : images) {
+      for (std::size_t p = 0; p < image.size(); ++p) {
+        const double off = (image[p] - means[p]) / std::max(means[p], 0.05 * top);
+        sum += off * off;
+      }
+    }
+    return sum / static_cast<double>((images.size() - 1) * images[0].size());
+  }
+};
+
+void compare(const char* name, const openvdb::FloatGrid::Ptr& grid, double depth) {
+  const auto octree = std::make_shared<const Octree>(build_octree(grid_stream(grid), [] {
+                                                       BuildSettings settings;
+                                                       settings.tolerance = 0;
+                                                       settings.measure.optical_weight = {1};
+                                                       return settings;
+                                                     }()).first);
+  // The largest depth of lines along x through the middle's neighbourhood is the wished one.
+  const Box3d box(Vec3d(octree->domain().min), Vec3d(octree->domain().max));
+  const Vec3d middle = box.center();
+  const double one = 1;
+  double most = 0;
+  for (double z = box.min.z + 0.5; z < box.max.z; z += 1) {
+    for (double y = box.min.y + 0.5; y < box.max.y; y += 1) {
+      most = std::max(most, optical_depth(*octree, Ray{{box.min.x - 1, y, z}, {1, 0, 0}, 0, kInfinity}, {&one, 1}));
+    }
+  }
+  const double extinction = depth / most;
+  const Vec3d toward = Vec3d(0.5, -0.3, 0.8).normalized();
+
+  WorldContents contents;
+  contents.bands.emplace_back("grey");
+  Cloud cloud;
+  cloud.octree = octree;
+  cloud.media.push_back({0, {extinction}, {kAlbedo}, PhaseFunction::henyey_greenstein(kG)});
+  contents.clouds.push_back(cloud);
+  contents.sky = {kSky};
+  contents.sun = Sun{toward, {kSun}, 0};
+  const World world(std::move(contents));
+
+  CameraSettings settings;
+  settings.position_m = middle + Vec3d(0, -2.2 * box.size().y, 0.4 * box.size().z);
+  settings.look_at_m = middle;
+  settings.fov_deg = 32;
+  settings.resolution = {kSide, kSide};
+  const Camera camera(settings);
+
+  Repeats ours, theirs;
+  const auto handle = nanovdb::openToNanoVDB(*grid);
+  const DeltaTracker tracker(*handle.grid<float>(), extinction, toward);
+  for (int repeat = 0; repeat < kRepeats; ++repeat) {
+    const Sampler sampler(camera, {kRays, static_cast<std::uint64_t>(repeat + 1), 0});
+    std::vector<Ray> rays;
+    std::vector<std::uint64_t> histories;
+    for (int p = 0; p < kSide * kSide; ++p) {
+      PixelRays pixel = sampler.pixel(p % kSide, p / kSide);
+      while (const auto ray = pixel.next()) {
+        rays.push_back(*ray->ray);
+        histories.push_back(ray->history);
+      }
+    }
+    auto& image = ours.images.emplace_back(kSide * kSide);
+    PathSettings paths;
+    paths.paths = 2;
+    paths.seed = static_cast<std::uint64_t>(repeat + 1);
+    std::vector<Incoming> incoming(rays.size());
+    double start = now();
+    path_radiance(world, 0, paths, rays, histories, incoming);
+    for (std::size_t r = 0; r < rays.size(); ++r) image[r / kRays] += incoming[r].total() / kRays;
+    ours.seconds += (now() - start) / kRepeats;
+
+    auto& other = theirs.images.emplace_back(kSide * kSide);
+    Random random{static_cast<std::uint64_t>(repeat) << 32};
+    start = now();
+    for (std::size_t r = 0; r < rays.size(); ++r) other[r / kRays] += tracker.radiance(rays[r].origin, rays[r].direction, random) / kRays;
+    theirs.seconds += (now() - start) / kRepeats;
+  }
+  const double a = ours.squared_error(), b = theirs.squared_error();
+  std::printf("%-16s %7.2f %8.4f %7.2f %9.4f | %8.4f %7.2f %9.4f | %6.2f\n", name, depth, ours.mean(), 100 * std::sqrt(a),
+              ours.seconds, theirs.mean(), 100 * std::sqrt(b), theirs.seconds, b * theirs.seconds / (a * ours.seconds));
+}
+
+}  // namespace
+
+int main() {
+  openvdb::initialize();
+  std::printf("%-16s %7s | paths: mean, error %%, s | delta: mean, error %%, s | ratio of error^2 x time\n", "cloud", "depth");
+  for (const double depth : {0.5, 10.0, 40.0}) {
+    compare("rough 128^3", rough_fractal(128), depth);
+    compare("plume 128^3", smooth_plume(128), depth);
+  }
+  if (const auto grid = read_grid(BENCH_SHARED_DIR "/data/wdas_cloud_sixteenth/wdas_cloud_sixteenth.vdb")) compare("wdas / 16", grid, 10);
+}
