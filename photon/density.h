@@ -229,8 +229,15 @@ Estimate estimate(const PhotonMap& map, const Vec3d& x, const Extinction& extinc
   Estimate result =
       detail::estimate_in_ball(map, x, extinction, weight, sight, settings, false, neighbour, resolved);
   if (resolved || result.photons == 0) return result;
+  // A sheet or a thread may fill so little of the ball there that hardly a point of the cubature meets it: of a
+  // ball of fewer photons it fills more.
   const Vec3d there = neighbour;
-  return detail::estimate_in_ball(map, there, extinction, weight, sight, settings, true, neighbour, resolved);
+  GatherSettings fewer = settings;
+  do {
+    result = detail::estimate_in_ball(map, there, extinction, weight, sight, fewer, true, neighbour, resolved);
+    fewer.nearest /= 2;
+  } while (!resolved && fewer.nearest >= 8);
+  return result;
 }
 
 }  // namespace obscura

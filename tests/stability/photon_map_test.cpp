@@ -125,3 +125,28 @@ TEST_CASE("a single sheet of medium has an estimate", "[stability][photon_map]")
   }
   CHECK(sum / maps == Approx(1).epsilon(0.1));
 }
+
+TEST_CASE("at the corners of a thin sheet with few photons the cubature still meets the sheet",
+          "[stability][photon_map]") {
+  // A ball of half the sheet's width holds 1 % of it at a corner.
+  double sum = 0;
+  int anomalies = 0, count = 0;
+  const int maps = 300;
+  for (int m = 0; m < maps; ++m) {
+    auto photons = cube_photons(300, 0.01, 1, 500 + m);
+    for (Photon& photon : photons) photon.position.z *= 0.01f;
+    for (Photon& photon : photons) photon.power = 1.0f * 0.01f / 300;
+    const auto k = [](const Vec3d& y) {
+      return y.x >= 0 && y.y >= 0 && y.z >= 0 && y.x < 1 && y.y < 1 && y.z < 0.01 ? 1.0 : 0.0;
+    };
+    const PhotonMap map(photons);
+    for (const double corner : {0.02, 0.98}) {
+      const Estimate e = estimate(map, Vec3d(corner, 0.03 + 1e-4 * m, 0.005), k, one, {});
+      anomalies += e.anomaly;
+      sum += e.value;
+      ++count;
+    }
+  }
+  CHECK(anomalies == 0);
+  CHECK(sum / count == Approx(1).epsilon(0.2));
+}

@@ -17,6 +17,7 @@ namespace obscura::test {
 struct CloudWish {
   Vec3i voxels{16, 16, 16};
   double voxel_m = 1;
+  Vec3d stretch{1, 1, 1};  // of the voxels' sides
   std::function<double(const Vec3i&)> density = [](const Vec3i&) { return 1.0; };
   double extinction = 1;
   double albedo = 0;
@@ -44,7 +45,7 @@ inline Cloud make_cloud(const CloudWish& wish) {
   VoxelStream stream = field_stream(Box3i(Vec3i(0), wish.voxels), {"density"},
                                     [&](int, const Vec3i& v) { return static_cast<float>(wish.density(v)); });
   stream.index_to_local.makeIdentity();
-  for (int i = 0; i < 3; ++i) stream.index_to_local[i][i] = wish.voxel_m;
+  for (int i = 0; i < 3; ++i) stream.index_to_local[i][i] = wish.voxel_m * wish.stretch[i];
   BuildSettings settings;
   settings.tolerance = 0;
   settings.measure.optical_weight = {wish.extinction};
