@@ -40,7 +40,7 @@ bool flatten(double* moments, std::size_t stride) noexcept {
 OrdinatesSolution::Data::Data(const World& world_of, int interval_of, const OrdinatesSettings& settings)
     : world(&world_of), interval(interval_of), grid(world_of, interval_of, settings.cells, settings.box),
       surfaces(world_of, interval_of, grid),
-      set(settings.quadrature, settings.order), degree(grid.phase_degree(set.moment_order())),
+      set(settings.quadrature, settings.order), degree(grid.phase_degree(std::clamp(settings.degree.value_or(set.moment_order()), 0, set.moment_order()))),
       angles(set, degree, grid.cell_m(), {grid.uniform(0), grid.uniform(1), grid.uniform(2)}) {
   const auto degrees = static_cast<std::size_t>(degree) + 1;
   const double air = world->air_extinction(interval);
@@ -56,7 +56,7 @@ OrdinatesSolution::Data::Data(const World& world_of, int interval_of, const Ordi
   for (std::size_t cell = 0; cell < grid.size(); ++cell) {
     // Delta-M (Wiscombe, J. Atmos. Sci. 34, 1977): the first moment left out is the share that goes straight on.
     grid.scattering_moments(cell, chi);
-    const double share = degree == set.moment_order() && chi[0] > 0 ? std::max(0.0, chi[degrees] / chi[0]) : 0.0;
+    const double share = chi[0] > 0 ? std::max(0.0, chi[degrees] / chi[0]) : 0.0;
     forward[cell] = share;
     extinction[cell] = grid.extinction[cell] - share * grid.scattering[cell] + air;
     lumped[cell] = extinction[cell] * thinnest > kLumpedDepth;

@@ -22,6 +22,9 @@ struct OrdinatesSettings {
   std::optional<Box3d> box;  ///< of the grid, world metres; absent: the bounds of the clouds, or one period
   int order = 8;             ///< N of S_N, even, 2 to 32
   AngularQuadrature quadrature = AngularQuadrature::double_gauss;
+  /// Most moments of phase functions, from 0; none: what the quadrature can hold. Fewer are faster, with more
+  /// left to delta-M.
+  std::optional<int> degree;
   double tolerance = 1e-7;   ///< of the iteration: estimated error relative to the solution, in the mean square
   int max_iterations = 200;  ///< sweeps
   double memory_MiB = 6144;  ///< more is refused

@@ -116,8 +116,50 @@ class View {
     return sum;
   }
 
+  /// A neighbour of the cell whose middle the place sees, or nothing.
+  std::optional<std::size_t> seen_neighbour(std::size_t cell, const Vec3d& place) const {
+    const OrdinatesGrid& grid = data_.grid;
+    const Vec3i at = grid.cell_at(cell);
+    std::optional<std::size_t> best;
+    double nearest = kInfinity;
+    for (int a = 0; a < 3; ++a) {
+      for (const int step : {-1, 1}) {
+        Vec3i other = at;
+        other[a] += step;
+        if (other[a] < 0 || other[a] >= grid.cells()[a]) continue;
+        const Vec3d middle((other.x + 0.5) * grid.cell_m().x, (other.y + 0.5) * grid.cell_m().y, (other.z + 0.5) * grid.cell_m().z);
+        const double distance = (middle - place).length();
+        if (distance < nearest && sees(place, middle)) {
+          nearest = distance;
+          best = grid.index(other);
+        }
+      }
+    }
+    return best;
+  }
+
+  bool sees(const Vec3d& from, const Vec3d& to) const {
+    const Vec3d a = transform_point(data_.grid.grid_to_world(), from), b = transform_point(data_.grid.grid_to_world(), to);
+    const double distance = (b - a).length();
+    return !(distance > 0) || !data_.world->surfaces().occluded({a, (b - a) / distance, 0, distance});
+  }
+
   void add_scattered(const Piece& piece, const Vec3d& corner) {
     look_into(piece.cell);
+    // On the other side of a surface than the middle of its cell: the light is that of the neighbour.
+    if (!data_.surfaces.empty() && data_.surfaces.touched[piece.cell]) {
+      const Vec3d place = local_.at(0.5 * (piece.begin + piece.end));
+      if (!sees(place, corner + 0.5 * data_.grid.cell_m())) {
+        const std::optional<std::size_t> other = seen_neighbour(piece.cell, place);
+        if (!other) return;
+        look_into(*other);
+        double mean = 0;
+        for (const double c : corner_) mean += c / 8;
+        radiance_ += passed_ * through_air(piece.begin) * piece.optics.scattering * mean *
+                     effective_length(piece.extinction + air_, piece.end - piece.begin);
+        return;
+      }
+    }
     // Two halves, in each of them linear along the ray.
     const double k = piece.extinction + air_;
     const double half = 0.5 * (piece.end - piece.begin);

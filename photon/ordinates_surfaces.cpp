@@ -32,6 +32,7 @@ std::size_t face_index(const Vec3i& face, Vec3i size, int axis) noexcept {
 OrdinatesSurfaces::OrdinatesSurfaces(const World& world, int interval, const OrdinatesGrid& grid) {
   if (world.surfaces().empty()) return;
   refuse_what_is_not_solved(world, interval);
+  touched.assign(grid.size(), false);
   const Vec3i n = grid.cells();
   const Vec3d h = grid.cell_m();
   for (int axis = 0; axis < 3; ++axis) {
@@ -73,6 +74,9 @@ OrdinatesSurfaces::OrdinatesSurfaces(const World& world, int interval, const Ord
           if (met == 0) continue;
           numbers[face_index(face, n, axis)] = static_cast<std::int32_t>(sides.size() / 2);
           sides.insert(sides.end(), pair.begin(), pair.end());
+          for (const OrdinatesSide& side : pair) {
+            if (side.inside) touched[grid.index(side.cell)] = true;
+          }
         }
       }
     }

@@ -29,11 +29,13 @@ struct OrdinatesSurfaces {
   OrdinatesSurfaces(const World& world, int interval, const OrdinatesGrid& grid);
 
   bool empty() const noexcept { return sides.empty(); }
+  /// The opaque face that stands for a place on a surface; null: none is near.
   const OrdinatesSide* nearest(const OrdinatesGrid& grid, const Vec3d& world_point, const Vec3d& world_normal) const noexcept;
 
   /// [axis][face]: number of the surface on the lower face of a cell, -1 none; one more than cells along the axis.
   std::array<std::vector<std::int32_t>, 3> faces;
   std::vector<OrdinatesSide> sides;  ///< [surface][side]; side 1 looks up the axis
+  std::vector<bool> touched;         ///< cells with an opaque face; empty: none
 };
 
 }  // namespace obscura
