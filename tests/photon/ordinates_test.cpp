@@ -170,6 +170,18 @@ TEST_CASE("thick slabs that absorb nothing diffuse, in thick cells too", "[ordin
   }
 }
 
+TEST_CASE("the error falls at least with the square of the cells' size", "[ordinates][slab]") {
+  const auto up = [](int cells) {
+    OrdinatesSettings settings = slab_settings(cells, 12);
+    settings.tolerance = 1e-10;
+    return slab_shares({{{2, 0.9, {}}}, 0.5}, settings).up;
+  };
+  const double limit = up(256);
+  const double coarse = std::abs(up(8) - limit), fine = std::abs(up(32) - limit);
+  CHECK(coarse < 3e-4 * limit);
+  CHECK(std::log2(coarse / fine) / 2 > 1.8);
+}
+
 TEST_CASE("what is absorbed is right when it is a billionth", "[ordinates][slab]") {
   const Csv h3(table("h3_near_conservative_slab.csv"));
   for (std::size_t row = 0; row < h3.size(); ++row) {
