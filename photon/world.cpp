@@ -391,6 +391,8 @@ void World::reach_depths(int interval, std::span<const Flight> flights,
       active[i] = i;
       ends[i] = {flights[i].ray.t_max, 0.0, false};
     }
+    const Vec3d extent = frame(0).local_bounds.max - frame(0).local_bounds.min;
+    const double size = transform_direction(clouds().front().local_to_world, extent).length();
     std::vector<Flight> pieces;
     std::vector<FreePath> parts;
     while (!active.empty()) {
@@ -410,7 +412,12 @@ void World::reach_depths(int interval, std::span<const Flight> flights,
         FreePath& end = ends[active[j]];
         end.depth += parts[j].depth;
         end.collided = parts[j].collided;
-        if (end.collided) end.t = parts[j].t;
+        if (!end.collided) continue;
+        end.t = parts[j].t;
+        // The batched walk is right to about 2e-5 of the cloud's size: too little for flights that are short
+        // beside it, whose walk in double is short too.
+        const Flight& flight = flights[active[j]];
+        if (end.t - flight.ray.t_min < 2e-3 * size) walk_to_depth(*this, interval, flight, end);
       }
     }
     return;
