@@ -38,7 +38,7 @@ PhotonEmitter::PhotonEmitter(const World& world, int interval, const SourceSelec
     radius_ = 0.5 * bounds.size().length();
   }
   if (world.periodic()) {
-    make_faces();
+    make_faces(around);
   } else {
     make_targets();
   }
@@ -176,9 +176,9 @@ PhotonEmitter::Blocks PhotonEmitter::sum_blocks(int cloud) const {
   return blocks;
 }
 
-void PhotonEmitter::make_faces() {
-  // The cell is a box in the frame of the first periodic cloud; light enters through the faces that
-  // have no neighbour.
+void PhotonEmitter::make_faces(const Box3d& around) {
+  // The cell is a box in the frame of the first periodic cloud, which reaches as far as what light has to
+  // pass; light enters through the faces that have no neighbour.
   for (int c = 0; c < world_->cloud_count(); ++c) {
     const CloudFrame& frame = world_->frame(c);
     if (!frame.periodic()) continue;
@@ -191,6 +191,12 @@ void PhotonEmitter::make_faces() {
       cell.extendBy(transform_box(there * frame.world_to_local, bounds));
     }
     if (cell.isEmpty()) return;
+    if (!around.isEmpty()) {
+      // A little farther: what starts on a rectangle has passed it.
+      Box3d reach = transform_box(frame.world_to_local, around);
+      const Vec3d margin(1e-3 * (cell.size().length() + reach.size().length()));
+      cell.extendBy(Box3d(reach.min - margin, reach.max + margin));
+    }
     for (int axis = 0; axis < 2; ++axis) {
       if (frame.period_m[static_cast<std::size_t>(axis)] > 0) {
         cell.min[axis] = frame.local_bounds.min[axis];

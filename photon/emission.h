@@ -101,7 +101,7 @@ class PhotonEmitter {
   };
 
   Blocks sum_blocks(int cloud) const;
-  void make_faces();
+  void make_faces(const Box3d& around);
   void make_targets();
   void make_groups();
   void sum_chances();

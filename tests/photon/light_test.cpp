@@ -134,3 +134,24 @@ TEST_CASE("histories that would not end are refused unless no photon is wanted",
   settings.photons = 0;
   CHECK(trace_light(world, settings).stored == 0);
 }
+
+TEST_CASE("light from beyond passes rectangles above and below a periodic layer", "[photon][light]") {
+  CloudWish wish;
+  wish.voxels = Vec3i(2);
+  wish.voxel_m = 0.5;
+  wish.period_m = {1, 1};
+  WorldContents contents = grey_contents(wish, 2.0);
+  contents.sun = Sun{Vec3d(0, 0.6, 0.8), {3.0}, 0};
+  const World world(std::move(contents));
+  TraceSettings settings;
+  settings.photons = 50000;
+  // A cell's share of what comes down on the layer from above: the sky's pi L and the sun's E cos.
+  const std::vector<FluxRectangle> rectangles{{{0.5, 0.5, 4}, {1, 0, 0}, {0, 1, 0}}, {{0.5, 0.5, 1.5}, {1, 0, 0}, {0, 1, 0}},
+                                              {{0.5, 0.5, -3}, {1, 0, 0}, {0, 1, 0}}};
+  const Light light = trace_light(world, settings, rectangles);
+  for (const std::size_t above : {0u, 1u}) {
+    const auto down = light.bands[0].flux[above].backward;
+    CHECK(pairwise_sum(down) == Approx(2 * kPi + 3 * 0.8).epsilon(0.01));
+  }
+  CHECK(pairwise_sum(light.bands[0].flux[2].forward) == Approx(2 * kPi).epsilon(0.01));
+}
