@@ -2,10 +2,13 @@
 // prints nor reads a clock; who made it decides what is shown (see scene/).
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <string_view>
+#include <utility>
 
 namespace obscura {
 
@@ -22,6 +25,17 @@ class Progress {
 
   void report(std::string_view stage, std::uint64_t done, std::uint64_t total) const {
     if (listener_) listener_(stage, done, total);
+  }
+  /// For one of `count` equal parts of a stage: what is reported there is that part of the stage, whatever
+  /// its own name. Copies the listener.
+  Progress part(std::string stage, std::uint64_t index, std::uint64_t count) const {
+    constexpr std::uint64_t steps = 1000;
+    if (!listener_) return Progress(nullptr, cancelled_);
+    return Progress(
+        [listener = listener_, stage = std::move(stage), index, count](std::string_view, std::uint64_t done, std::uint64_t total) {
+          listener(stage, index * steps + (total > 0 ? steps * std::min(done, total) / total : 0), count * steps);
+        },
+        cancelled_);
   }
   bool cancelled() const noexcept {
     return cancelled_ && cancelled_->load(std::memory_order_relaxed);

@@ -63,6 +63,11 @@ struct BatchMean {
 /// No batch: mean 0; fewer than two: infinite error.
 BatchMean batch_mean(std::span<const double> batches) noexcept;
 
+/// Probability that |t| of Student's law exceeds a value; infinite degrees of freedom: the normal law.
+double student_tail(double t, double degrees_of_freedom);
+/// The |t| that is exceeded with the given probability, 0 < probability < 1.
+double student_limit(double probability, double degrees_of_freedom = std::numeric_limits<double>::infinity());
+
 /// Sum in a fixed tree order: rounding error grows with log2 of the count (Higham 1993), and the
 /// result depends on the order of the values only.
 double pairwise_sum(std::span<const double> values) noexcept;

@@ -111,3 +111,19 @@ TEST_CASE("a pairwise sum keeps its digits", "[base][statistics]") {
   const std::vector<double> few{1, 2, 3};
   CHECK(pairwise_sum(few) == 6);
 }
+
+TEST_CASE("Student's law has the tails of its tables", "[base][statistics]") {
+  // Abramowitz & Stegun, table 26.10: two-sided 5 % and 0.1 %.
+  CHECK(student_limit(0.05, 1) == Approx(12.706).epsilon(1e-4));
+  CHECK(student_limit(0.05, 15) == Approx(2.131).epsilon(1e-3));
+  CHECK(student_limit(0.001, 60) == Approx(3.460).epsilon(1e-3));
+  CHECK(student_limit(0.05) == Approx(1.959964).epsilon(1e-6));
+  for (const double freedom : {1.0, 3.5, 15.0, 60.0, kInfinity}) {
+    for (const double probability : {0.3, 1e-3, 1e-9}) {
+      INFO(freedom << " " << probability);
+      const double limit = student_limit(probability, freedom);
+      CHECK(student_tail(limit, freedom) == Approx(probability).epsilon(1e-6));
+      CHECK(limit == Approx(test::student_limit(probability, freedom)).epsilon(1e-9));
+    }
+  }
+}
