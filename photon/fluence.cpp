@@ -6,8 +6,8 @@
 
 namespace obscura {
 
-BatchMean fluence(const World& world, int interval, const PhotonMaps* maps, const RadianceSettings& settings,
-                  const Vec3d& point, int directions, std::uint64_t history) {
+Fluence fluence(const World& world, int interval, const PhotonMaps* maps, const RadianceSettings& settings,
+                const Vec3d& point, int directions, std::uint64_t history) {
   // All directions but the sun's disc, in which a single ray would outshine all others.
   const int rows = std::max(1, static_cast<int>(std::sqrt(directions / 2.0)));
   const int columns = 2 * rows;
@@ -29,8 +29,10 @@ BatchMean fluence(const World& world, int interval, const PhotonMaps* maps, cons
 
   Moments total;
   std::array<double, kBatches> batches{};
+  double bias = 0;
   for (const Incoming& in : incoming) {
     total.add(in.total());
+    bias += in.bias / static_cast<double>(rays.size());
     for (std::size_t b = 0; b < batches.size(); ++b) batches[b] += in.map[b] / static_cast<double>(rays.size());
   }
   double sunlight = 0;
@@ -57,7 +59,7 @@ BatchMean fluence(const World& world, int interval, const PhotonMaps* maps, cons
   }
   const double map_error = maps ? batch_mean(batches).standard_error : 0.0;
   const double ray_error = total.standard_error();
-  return {4 * kPi * total.mean() + sunlight + beams, 4 * kPi * std::hypot(map_error, ray_error)};
+  return {{4 * kPi * total.mean() + sunlight + beams, 4 * kPi * std::hypot(map_error, ray_error)}, 4 * kPi * bias};
 }
 
 }  // namespace obscura

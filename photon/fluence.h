@@ -6,9 +6,13 @@
 
 namespace obscura {
 
+struct Fluence : BatchMean {
+  double bias = 0;  ///< estimated, of the maps' part
+};
+
 /// Integral of radiance over the sphere, W/m2, and its standard error, at one spectral interval.
 /// @param directions stratified over the sphere; @param history names the random numbers
-BatchMean fluence(const World& world, int interval, const PhotonMaps* maps, const RadianceSettings& settings,
-                  const Vec3d& point, int directions, std::uint64_t history);
+Fluence fluence(const World& world, int interval, const PhotonMaps* maps, const RadianceSettings& settings,
+                const Vec3d& point, int directions, std::uint64_t history);
 
 }  // namespace obscura

@@ -12,6 +12,10 @@ constexpr std::array<std::uint32_t, 9> kInferno{0x000004, 0x1f0c48, 0x550f6d, 0x
 constexpr std::array<std::uint32_t, 9> kViridis{0x440154, 0x472d7b, 0x3b528b, 0x2c728e, 0x21918c,
                                                 0x28ae80, 0x5ec962, 0xaddc30, 0xfde725};
 
+// Nine classes of RdBu, reversed, by C. Brewer (colorbrewer2.org, Apache 2.0).
+constexpr std::array<std::uint32_t, 9> kBalance{0x2166ac, 0x4393c3, 0x92c5de, 0xd1e5f0, 0xf7f7f7,
+                                                0xfddbc7, 0xf4a582, 0xd6604d, 0xb2182b};
+
 std::uint8_t to_byte(double value) noexcept {
   return static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0, 255.0)));
 }
@@ -49,6 +53,7 @@ Colour colour(ColourMap map, double place) noexcept {
     const std::uint8_t value = encode_srgb(place);
     return {value, value, value};
   }
+  if (map == ColourMap::balance) return along(kBalance, place);
   return along(map == ColourMap::inferno ? kInferno : kViridis, place);
 }
 

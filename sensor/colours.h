@@ -7,7 +7,8 @@
 namespace obscura {
 
 /// `grey` is what a camera would show: brightness in proportion, encoded for a screen (sRGB).
-enum class ColourMap { inferno, viridis, grey };
+/// `balance` is for differences: blue below the middle, nearly white there, red above.
+enum class ColourMap { inferno, viridis, grey, balance };
 
 using Colour = std::array<std::uint8_t, 3>;
 

@@ -320,17 +320,20 @@ std::span<const float> Film::object_id() const noexcept {
 }
 std::span<const float> Film::ray_count() const noexcept { return plane(common_channel(bands(), kRays)); }
 
-ImageMean Film::mean(int band) const {
+ImageMean Film::mean(int band) const { return mean_over(0, tile_count(), band); }
+
+ImageMean Film::mean_of_tile(int tile, int band) const { return mean_over(tile, tile + 1, band); }
+
+ImageMean Film::mean_over(int first_tile, int tile_end, int band) const {
   ImageMean result;
-  const auto pixels = static_cast<double>(pixels_done());
-  if (pixels == 0) return result;
-  double ray_variance = 0;
-  for (std::size_t t = 0; t < tiles_.size(); ++t) {
-    const FilmTile::Totals& totals = totals_[t * static_cast<std::size_t>(bands()) +
-                                             static_cast<std::size_t>(band)];
+  double pixels = 0, ray_variance = 0;
+  for (int t = first_tile; t < tile_end; ++t) {
+    pixels += tiles_[static_cast<std::size_t>(t)].pixels;
+    const FilmTile::Totals& totals = totals_[static_cast<std::size_t>(t * bands() + band)];
     ray_variance += totals.ray_variance;
     for (std::size_t k = 0; k < kBatches; ++k) result.batch[k] += totals.batch[k];
   }
+  if (pixels == 0) return {};
   for (double& value : result.batch) value /= pixels;
   result.mean = mean_of(result.batch);
   result.standard_error = std::sqrt(variance_of_mean(result.batch, result.mean) +

@@ -121,6 +121,8 @@ class Film {
   int bands() const noexcept { return settings_.bands; }
 
   int tile_count() const noexcept { return tile_columns_ * tile_rows_; }
+  /// Column and row of a tile's upper left pixel, its columns and rows.
+  std::array<int, 4> tile_box(int index) const noexcept;
   /// An empty tile to work on; any thread.
   FilmTile tile(int index) const;
   /// Puts a tile back that has all its pixels (else InvalidArgument is asserted). Different tiles may
@@ -153,6 +155,8 @@ class Film {
 
   /// Summed in tile order: the same bits for any number of threads.
   ImageMean mean(int band) const;
+  /// The same over the pixels of one tile.
+  ImageMean mean_of_tile(int tile, int band) const;
 
  private:
   struct TileState {
@@ -167,7 +171,7 @@ class Film {
   }
   std::span<float> plane(int channel) noexcept;
   std::span<const float> plane(int channel) const noexcept;
-  std::array<int, 4> tile_box(int index) const noexcept;  // x, y, columns, rows
+  ImageMean mean_over(int first_tile, int tile_end, int band) const;
 
   FilmSettings settings_;
   int tile_columns_;

@@ -1,6 +1,7 @@
 // The only file that knows OpenImageIO.
 #include "sensor/image_io.h"
 
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 #include <unistd.h>
@@ -45,13 +46,15 @@ void write_atomically(const fs::path& path, const std::function<void(const fs::p
 template <class T>
 void write_rows(const fs::path& path, const fs::path& shown, const char* format,
                 const OIIO::ImageSpec& spec, OIIO::TypeDesc type,
-                const std::function<void(int y, int rows, T* out)>& fill) {
+                const std::function<void(int y, int rows, T* out)>& fill,
+                OIIO::Filesystem::IOProxy* memory = nullptr) {
   const auto fail = [&](const std::string& message) {
     throw ResourceError(shown.string(), "cannot be written: " + message,
                         "check the folder, its permissions and the space left");
   };
   const auto output = OIIO::ImageOutput::create(format);
   if (!output) fail(reason(OIIO::geterror(), "the format is not supported"));
+  if (memory) output->set_ioproxy(memory);
   if (!output->open(path.string(), spec)) fail(reason(output->geterror(), "it cannot be opened"));
 
   constexpr int block = 64;
@@ -158,15 +161,34 @@ Image read_image(const fs::path& path) {
   return image;
 }
 
-void write_png(const fs::path& path, const Raster& raster) {
-  const OIIO::ImageSpec spec(raster.columns(), raster.rows(), 3, OIIO::TypeDesc::UINT8);
-  const auto fill = [&](int y, int rows, std::uint8_t* out) {
+namespace {
+
+using FillBytes = std::function<void(int y, int rows, std::uint8_t* out)>;
+
+FillBytes rows_of(const Raster& raster) {
+  return [&raster](int y, int rows, std::uint8_t* out) {
     const std::ptrdiff_t row = 3 * static_cast<std::ptrdiff_t>(raster.columns());
     std::copy_n(raster.rgb().begin() + y * row, rows * row, out);
   };
+}
+
+OIIO::ImageSpec spec_of(const Raster& raster) {
+  return OIIO::ImageSpec(raster.columns(), raster.rows(), 3, OIIO::TypeDesc::UINT8);
+}
+
+}  // namespace
+
+void write_png(const fs::path& path, const Raster& raster) {
   write_atomically(path, [&](const fs::path& temporary) {
-    write_rows<std::uint8_t>(temporary, path, "png", spec, OIIO::TypeDesc::UINT8, fill);
+    write_rows<std::uint8_t>(temporary, path, "png", spec_of(raster), OIIO::TypeDesc::UINT8, rows_of(raster));
   });
+}
+
+std::vector<std::uint8_t> png_bytes(const Raster& raster) {
+  std::vector<std::uint8_t> bytes;
+  OIIO::Filesystem::IOVecOutput memory(bytes);
+  write_rows<std::uint8_t>("memory.png", "picture", "png", spec_of(raster), OIIO::TypeDesc::UINT8, rows_of(raster), &memory);
+  return bytes;
 }
 
 }  // namespace obscura

@@ -1,7 +1,9 @@
 // Image files: OpenEXR for numbers, PNG for eyes. Written under a temporary name and renamed.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <vector>
 
 #include "sensor/image.h"
 #include "sensor/raster.h"
@@ -21,5 +23,8 @@ Image read_image(const std::filesystem::path& path);
 /// 8 bits per colour.
 /// @throws ResourceError where it cannot be written
 void write_png(const std::filesystem::path& path, const Raster& raster);
+
+/// The same file in memory.
+std::vector<std::uint8_t> png_bytes(const Raster& raster);
 
 }  // namespace obscura

@@ -50,3 +50,13 @@ TEST_CASE("places beyond the ends, and none, have the ends' colours", "[sensor][
     CHECK(colour(map, std::numeric_limits<double>::quiet_NaN()) == colour(map, 0));
   }
 }
+
+TEST_CASE("the map of differences is palest in its middle and darkens to both ends", "[sensor][colours]") {
+  CHECK(colour(ColourMap::balance, 0) == Colour{0x21, 0x66, 0xac});
+  CHECK(colour(ColourMap::balance, 0.5) == Colour{0xf7, 0xf7, 0xf7});
+  CHECK(colour(ColourMap::balance, 1) == Colour{0xb2, 0x18, 0x2b});
+  for (int i = 0; i < 32; ++i) {
+    CHECK(lightness(colour(ColourMap::balance, (i + 1) / 64.0)) > lightness(colour(ColourMap::balance, i / 64.0)));
+    CHECK(lightness(colour(ColourMap::balance, 1 - (i + 1) / 64.0)) > lightness(colour(ColourMap::balance, 1 - i / 64.0)));
+  }
+}

@@ -233,10 +233,23 @@ TEST_CASE("an image's mean and its error come from the batches", "[sensor][film]
   CHECK(mean.batch[3] == Approx(3).epsilon(1e-14));
   CHECK(mean.standard_error == Approx(std::sqrt(68.0 / 3 / 16)).epsilon(1e-12));
 
+  // A tile is an image of its own: here the last, of 4 x 4 pixels.
+  const ImageMean corner = film.mean_of_tile(3, 0);
+  CHECK(film.tile_box(3) == std::array<int, 4>{16, 16, 4, 4});
+  CHECK(corner.mean == Approx(7.5).epsilon(1e-14));
+  CHECK(corner.standard_error == Approx(mean.standard_error).epsilon(1e-12));
+
   // Rays that scatter on their own average out over pixels.
   const Film rays = fill(50, 40, 4, tiles(12));
   const auto error = rays.values(0, Film::Value::error);
   CHECK(rays.mean(0).standard_error < 0.1 * error[0]);
+  // Tiles together are the image.
+  double sum = 0;
+  for (int t = 0; t < rays.tile_count(); ++t) {
+    const auto box = rays.tile_box(t);
+    sum += rays.mean_of_tile(t, 0).mean * box[2] * box[3];
+  }
+  CHECK(sum / (50 * 40) == Approx(rays.mean(0).mean).epsilon(1e-12));
 }
 
 TEST_CASE("a film that lacks tiles is partial and says which pixels", "[sensor][film]") {

@@ -161,4 +161,8 @@ TEST_CASE("a PNG holds the raster", "[sensor][image_io]") {
     }
   }
   CHECK(wrong == 0);
+  // In memory it is the same file.
+  std::ifstream stream(folder / "a.png", std::ios::binary);
+  const std::vector<std::uint8_t> file{std::istreambuf_iterator<char>(stream), {}};
+  CHECK(png_bytes(raster) == file);
 }
