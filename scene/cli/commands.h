@@ -19,6 +19,7 @@ Command add_info(CLI::App& program);
 Command add_convert(CLI::App& program);
 Command add_compare(CLI::App& program);
 Command add_schema(CLI::App& program);
+Command add_verify(CLI::App& program);
 
 /// Commands that will come.
 const std::vector<std::string>& later_commands();

@@ -77,7 +77,7 @@ TEST_CASE("a misspelt command or option is told what was meant", "[doors][cli]")
 
 TEST_CASE("later commands and options are refused by name", "[doors][cli]") {
   const Folder folder("later");
-  for (const char* command : {"plan", "bake", "study", "verify", "optics", "view"}) {
+  for (const char* command : {"plan", "bake", "study", "optics", "view"}) {
     const Said said = run_program(command);
     INFO(command);
     CHECK(said.exit_code == 2);
@@ -305,4 +305,62 @@ TEST_CASE("the schema can be printed", "[doors][cli]") {
   const Said said = run_program("schema");
   CHECK(said.exit_code == 0);
   CHECK(Json::parse(said.out)["properties"].contains("sensor"));
+}
+
+TEST_CASE("verify compares the methods on a user's scene and on cases by name", "[doors][cli][verify]") {
+  const Folder folder("verify");
+  const std::string scene = "verify '" + folder.file("scene.json") + "' --passes 2 --pixels 6 ";
+  Said said = run_program(scene + "-o '" + folder.file("a.html") + "'");
+  INFO(said.out << said.err);
+  CHECK(said.exit_code == 0);
+  for (const char* part : {"case", "photon", "path", "ordinates", "mean", "photon bias", "verdict", "seconds", "all agree: "}) {
+    CHECK(contains(said.out, part));
+  }
+  CHECK(folder.has("a.html"));
+  said = run_program(scene + "-o '" + folder.file("a.html") + "'");
+  CHECK(said.exit_code == 2);
+  CHECK(contains(said.err, "-f replaces it"));
+  said = run_program(scene + "--quiet --json");
+  CHECK(said.err.empty());
+  CHECK(Json::parse(said.out)["agree"] == true);
+  // A comparison that is asked for more than it can tell fails.
+  said = run_program(scene + "--resolution 0.01%");
+  CHECK(said.exit_code == 4);
+  CHECK(contains(said.out, "too weak"));
+  CHECK(contains(said.err, "comparisons fail"));
+}
+
+TEST_CASE("verify lists its cases and prints them as scenes", "[doors][cli][verify]") {
+  const Folder folder("verify_cases");
+  Said said = run_program("verify --list");
+  CHECK(said.exit_code == 0);
+  CHECK(lines_with(said.out, "sphere_night") == 1);
+  CHECK(lines_with(said.out, "puffs_day") == 1);
+  said = run_program("verify --print sphere_day");
+  CHECK(said.exit_code == 0);
+  folder.write("printed.json", said.out);
+  said = run_program("render '" + folder.file("printed.json") + "' -o '" + folder.file("a.exr") +
+                     "' --quiet --photons 1000 --samples 1 --set /sensor/resolution=[4,4]");
+  INFO(said.err);
+  CHECK(said.exit_code == 0);
+}
+
+TEST_CASE("verify tells what is wrong with its arguments before any work", "[doors][cli][verify]") {
+  const Folder folder("verify_wrong");
+  Said said = run_program("verify --case spere_day");
+  CHECK(said.exit_code == 2);
+  CHECK(contains(said.err, "did you mean \"sphere_day\"?"));
+  said = run_program("verify --print ball");
+  CHECK(said.exit_code == 2);
+  CHECK(contains(said.err, "there is no case \"ball\""));
+  said = run_program("verify '" + folder.file("absent.json") + "' -o '" + folder.file("a.txt") + "'");
+  CHECK(said.exit_code == 2);
+  CHECK(contains(said.err, "there is no such file"));
+  CHECK(contains(said.err, "does not end in .html"));
+  said = run_program("verify '" + folder.file("scene.json") + "' --case cube_day");
+  CHECK(said.exit_code == 2);
+  CHECK(contains(said.err, "give a scene or cases"));
+  said = run_program("verify --passes 0");
+  CHECK(said.exit_code == 2);
+  CHECK(contains(said.err, "--passes"));
 }
