@@ -322,6 +322,24 @@ TEST_CASE("a chalky floor under a sun reflects what it should, and darkens behin
   CHECK(std::abs(solution.powers().residual()) < 1e-3);
 }
 
+TEST_CASE("a floor gives back its share of the sun's power", "[ordinates][surfaces]") {
+  CloudWish wish;
+  wish.voxels = Vec3i(8);
+  wish.extinction = 1e-9;
+  WorldContents contents = grey_contents(wish);
+  contents.sun = Sun{Vec3d(0.6, 0, 0.8), {10}, 0};
+  contents.materials.push_back(grey_material(0.25));
+  contents.objects.push_back(grey_object(parallelogram(Vec3d(0, 0, 0), Vec3d(8, 0, 0), Vec3d(0, 8, 0)), 0, 0));
+  const World world(std::move(contents));
+  OrdinatesSettings settings;
+  settings.cells = Vec3i(4);
+  const OrdinatesPowers powers = solve_ordinates(world, 0, settings).powers();
+  CHECK(powers.surfaces == Approx(0.75 * 8 * 64).epsilon(1e-6));
+  double out = 0;
+  for (const auto& sides : powers.left) out += sides[0] + sides[1];
+  CHECK(out == Approx(0.75 * 8 * 64).epsilon(1e-6));
+}
+
 TEST_CASE("a warm plate in a cloud gives its power off to cloud and faces", "[ordinates][surfaces]") {
   CloudWish wish;
   wish.voxels = Vec3i(8);
