@@ -5,8 +5,16 @@
 
 namespace obscura::detail {
 
-DirectLight::DirectLight(const World& world, int interval, const RadianceParts& parts)
-    : world_(world), interval_(interval), air_(world.air_extinction(interval)) {
+namespace {
+
+/// The depth up to which no shadow ray ends by roulette: from there on it goes as far as a free path does, and
+/// counts as much as when it began that.
+constexpr double kSureDepth = 2;
+
+}  // namespace
+
+DirectLight::DirectLight(const World& world, int interval, const RadianceParts& parts, bool roulette)
+    : world_(world), interval_(interval), air_(world.air_extinction(interval)), roulette_(roulette) {
   suns_ = false;
   for (const Sun& sun : world.suns()) {
     suns_ = suns_ || (parts.sun && sun.irradiance[static_cast<std::size_t>(interval)] > 0);
@@ -55,18 +63,19 @@ double DirectLight::sphere_found(const Vec3d& from, const SurfacePoint& there, d
   return there.black * density / (density + all_spheres_.chance(s) / solid_angle);
 }
 
-void DirectLight::shoot(std::uint32_t owner, double radiance, const Ray& ray, double air_weight,
+void DirectLight::shoot(std::uint32_t owner, double radiance, const Ray& ray, Stream& stream, double air_weight,
                         double target_depth) {
   if (!(radiance > 0) && !(air_weight > 0)) return;
   rays_.push_back(ray);
-  shadows_.push_back({owner, radiance, air_weight, target_depth});
+  const double last_depth = roulette_ ? kSureDepth - std::log(stream.uniform()) : kInfinity;
+  shadows_.push_back({owner, radiance, air_weight, target_depth, last_depth});
 }
 
 void DirectLight::shoot_drawn(std::uint32_t owner, double weight, double density, const Ray& ray,
-                                const SurfaceHit& hit, double target_depth) {
+                              const SurfaceHit& hit, double target_depth, Stream& stream) {
   const double air_weight = air_ > 0 ? weight : 0.0;
   if (!hit.exists()) {
-    shoot(owner, sky_ ? weight * world_.sky(interval_) : 0.0, ray, air_weight, target_depth);
+    shoot(owner, sky_ ? weight * world_.sky(interval_) : 0.0, ray, stream, air_weight, target_depth);
     return;
   }
   double radiance = 0;
@@ -74,14 +83,25 @@ void DirectLight::shoot_drawn(std::uint32_t owner, double weight, double density
     radiance = face_found(world_.surface_at(interval_, ray, hit), hit.t, density);
   }
   radiance *= air(hit.t);
-  shoot(owner, weight * radiance, ray, air_weight, target_depth);
+  shoot(owner, weight * radiance, ray, stream, air_weight, target_depth);
 }
 
 void DirectLight::attenuate() {
-  std::vector<double> depths(rays_.size());
-  world_.optical_depths(interval_, rays_, depths);
-  for (std::size_t s = 0; s < rays_.size(); ++s) {
-    arrived_.emplace_back(shadows_[s].owner, shadows_[s].radiance * std::exp(-depths[s]));
+  if (roulette_) {
+    std::vector<Flight> flights(rays_.size());
+    for (std::size_t s = 0; s < rays_.size(); ++s) flights[s] = {rays_[s], shadows_[s].last_depth};
+    std::vector<FreePath> ends(flights.size());
+    world_.reach_depths(interval_, flights, ends);
+    for (std::size_t s = 0; s < rays_.size(); ++s) {
+      if (ends[s].collided) continue;
+      arrived_.emplace_back(shadows_[s].owner, shadows_[s].radiance * std::exp(-std::min(ends[s].depth, kSureDepth)));
+    }
+  } else {
+    std::vector<double> depths(rays_.size());
+    world_.optical_depths(interval_, rays_, depths);
+    for (std::size_t s = 0; s < rays_.size(); ++s) {
+      arrived_.emplace_back(shadows_[s].owner, shadows_[s].radiance * std::exp(-depths[s]));
+    }
   }
   if (air_ > 0) add_air();
 }

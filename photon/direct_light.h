@@ -18,7 +18,8 @@ inline double drawn_share(double value, double density) noexcept { return densit
 class CloudScatterer {
  public:
   CloudScatterer(const World& world, int interval, const Ray& ray, double t) noexcept
-      : position_(ray.at(t)), along_(ray.direction), scattering_(world, interval, position_) {}
+      : position_(ray.at(t)), along_(ray.direction),
+        scattering_(LocalScattering::at_collision(world, interval, position_)) {}
 
   const Vec3d& position() const noexcept { return position_; }
   FaceId from() const noexcept { return {}; }
@@ -88,6 +89,7 @@ struct Shadow {
   double radiance;        ///< what it adds there, W/m2/sr
   double air_weight = 0;  ///< what the air's own light along the ray counts there
   double target_depth = 0;  ///< of the clouds, exponentially distributed: where the air's light begins
+  double last_depth = kInfinity;  ///< of the clouds, at which roulette ends the ray
 };
 
 /// Where on the discs of sun and moon a ray looks. Rays of consecutive numbers look at opposite places, so
@@ -154,7 +156,9 @@ enum class Beyond {
 /// Shadow rays of many points, to be attenuated together.
 class DirectLight {
  public:
-  DirectLight(const World& world, int interval, const RadianceParts& parts);
+  /// @param roulette  deep shadow rays end by chance, so that each costs a few free paths at most: for paths,
+  ///                  whose own chances are worse
+  DirectLight(const World& world, int interval, const RadianceParts& parts, bool roulette = false);
 
   bool empty(Beyond beyond = Beyond::map) const noexcept {
     return !suns_ && !faces_ && (beyond == Beyond::map ? !ambient_ && spheres_ == 0 : all_spheres_.empty() && beams_ == 0);
@@ -184,7 +188,7 @@ class DirectLight {
       double radiance = value * sun.irradiance[static_cast<std::size_t>(interval_)];
       if (beyond == Beyond::path && value > 0) radiance *= 1 / (1 + at.density(toward, value) * solid_angle(sun));
       const Ray ray{at.position(), toward, start(at), kInfinity};
-      if (radiance > 0 && !world_.blocked(ray, at.from(), stream)) shoot(owner, weight * radiance, ray);
+      if (radiance > 0 && !world_.blocked(ray, at.from(), stream)) shoot(owner, weight * radiance, ray, stream);
     }
   }
   bool suns() const noexcept { return suns_; }
@@ -221,7 +225,7 @@ class DirectLight {
     ray.t_max = hit.t;
     const double depth = air_ > 0 ? -std::log(stream.uniform()) : 0.0;
     const double share = drawn_share(value, density);
-    if (share > 0) shoot_drawn(owner, weight * share, density, ray, hit, depth);
+    if (share > 0) shoot_drawn(owner, weight * share, density, ray, hit, depth, stream);
   }
 
   /// Towards a point of an emitting face. This and what is drawn, or the path, count by the balance heuristic.
@@ -240,7 +244,7 @@ class DirectLight {
     const double emission = lights.emission(world_, place, cosine);
     const Ray ray{at.position(), toward, start(at), distance * (1 - 1e-10) - world_.surfaces().clearance()};
     if (ray.t_max > ray.t_min && !world_.blocked(ray, at.from(), stream)) {
-      shoot(owner, weight * value * emission / (density + at.density(toward, value)) * air(distance), ray);
+      shoot(owner, weight * value * emission / (density + at.density(toward, value)) * air(distance), ray, stream);
     }
   }
 
@@ -261,7 +265,7 @@ class DirectLight {
     if (hit.exists() && hit.id.surface != world_.objects().size() + s && hit.t < distance) return;
     ray.t_max = std::min(hit.t, distance);
     const double share = chance > 0 ? 1 / (chance / solid_angle + at.density(toward, value)) : solid_angle;
-    if (radiance > 0) shoot(owner, weight * radiance * share * air(ray.t_max), ray);
+    if (radiance > 0) shoot(owner, weight * radiance * share * air(ray.t_max), ray, stream);
   }
 
   /// A beam's light where the point is inside it.
@@ -273,7 +277,7 @@ class DirectLight {
     const double radiance = at.value(-beam.direction) * beam.power[static_cast<std::size_t>(interval_)] /
                             (kPi * beam.radius * beam.radius);
     const Ray ray{at.position(), -beam.direction, start(at), along};
-    if (radiance > 0 && !world_.blocked(ray, at.from(), stream)) shoot(owner, weight * radiance * air(along), ray);
+    if (radiance > 0 && !world_.blocked(ray, at.from(), stream)) shoot(owner, weight * radiance * air(along), ray, stream);
   }
 
   template <class Scatterer>
@@ -286,15 +290,17 @@ class DirectLight {
   }
 
   double air(double distance) const noexcept { return air_ > 0 ? std::exp(-air_ * distance) : 1.0; }
-  void shoot(std::uint32_t owner, double radiance, const Ray& ray, double air_weight = 0, double target_depth = 0);
+  void shoot(std::uint32_t owner, double radiance, const Ray& ray, Stream& stream, double air_weight = 0,
+             double target_depth = 0);
   void shoot_drawn(std::uint32_t owner, double weight, double density, const Ray& ray, const SurfaceHit& hit,
-                   double target_depth);
+                   double target_depth, Stream& stream);
   void attenuate();
   void add_air();
 
   const World& world_;
   int interval_;
   double air_;
+  bool roulette_;
   bool suns_;
   bool ambient_;  // sky, or the air's own light
   bool faces_;

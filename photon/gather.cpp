@@ -17,6 +17,7 @@ Gather::Gather(const World& world, int interval, const PhotonMaps* maps, const R
     : world_(world), interval_(interval), maps_(maps), settings_(settings), direct_(direct),
       air_(world.air_extinction(interval)), sky_(settings.parts.sky ? world.sky(interval) : 0.0),
       emits_(settings.parts.emission && (world.emits(interval) || air_ > 0)),
+      only_(world.only_medium(interval)),
       source_(air_ > 0 ? std::nullopt : world.uniform_source(interval)) {}
 
 void Gather::finish(std::span<Incoming> incoming, RadianceCounts& counts) {
@@ -76,12 +77,17 @@ void Gather::fly() {
 
 void Gather::end_flight(Leg& leg, const Flight& flight, FreePath& end, const SurfaceHit& hit) {
   double& direct = paths_[leg.path].direct;
-  LocalOptics local;
-  if (end.collided) local = world_.at_collision(interval_, flight, end);
+  double albedo = 0;
+  if (only_) {
+    albedo = only_->scattering / only_->extinction;
+  } else if (end.collided) {
+    const LocalOptics local = world_.at_collision(interval_, flight, end);
+    albedo = local.scattering / local.extinction;
+  }
   if (emits_) direct += leg.weight * emission_along(leg, end);
 
   if (end.collided) {
-    const double weight = leg.weight * local.scattering / local.extinction * air(end.t);
+    const double weight = leg.weight * albedo * air(end.t);
     if (!(weight > 0) || (settings_.scattering_depth && leg.scatterings >= *settings_.scattering_depth)) return;
     ++leg.scatterings;
     scatter(leg, weight, CloudScatterer(world_, interval_, leg.ray, end.t));

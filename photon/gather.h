@@ -90,6 +90,7 @@ class Gather {
   double air_;
   double sky_;
   bool emits_;
+  const CloudOptics::Part* only_;
   std::optional<double> source_;
   std::vector<Path> paths_;
   std::vector<Leg> legs_, next_;

@@ -50,7 +50,7 @@ class Pass {
        std::span<const Ray> rays, std::span<const std::uint64_t> histories, std::span<Incoming> incoming)
       : world_(world), interval_(interval), maps_(maps), settings_(settings), rays_(rays),
         histories_(histories), incoming_(incoming), air_(world.air_extinction(interval)),
-        direct_(world, interval, settings.parts), gather_(world, interval, maps, settings, direct_),
+        direct_(world, interval, settings.parts, settings.gather_bounces > 0), gather_(world, interval, maps, settings, direct_),
         beyond_(gather_.wanted() ? detail::Beyond::path : detail::Beyond::map) {
     counts_.rays = rays.size();
   }

@@ -27,6 +27,13 @@ class LocalScattering {
     }
   }
 
+  /// Where a flight has collided: where there is only one medium, nothing has to be looked up. total() is then
+  /// not known.
+  static LocalScattering at_collision(const World& world, int interval, const Vec3d& point) noexcept {
+    const CloudOptics::Part* only = world.only_medium(interval);
+    return only && only->scattering > 0 ? LocalScattering(*only) : LocalScattering(world, interval, point);
+  }
+
   /// 1/m
   double total() const noexcept { return total_; }
 
@@ -48,6 +55,8 @@ class LocalScattering {
   }
 
  private:
+  explicit LocalScattering(const CloudOptics::Part& only) noexcept : count_(1), total_(1) { entries_[0] = {only.phase, 1}; }
+
   struct Entry {
     const PhaseFunction* phase;
     double scattering;

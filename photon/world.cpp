@@ -353,7 +353,15 @@ void World::optical_depths(int interval, std::span<const Ray> rays,
   for (int c = 0; c < cloud_count(); ++c) {
     const Octree& octree = *clouds()[static_cast<std::size_t>(c)].octree;
     const std::vector<double>& weights = optics(c, interval).extinction_weights();
-    // One round per cell that the rays cross: a plain cloud has one.
+    if (!frame(c).periodic()) {
+      pieces.clear();
+      for (const Ray& ray : rays) pieces.push_back(transform_ray(frame(c).world_to_index, ray));
+      parts.resize(rays.size());
+      obscura::optical_depths(octree, pieces, weights, parts);
+      for (std::size_t i = 0; i < rays.size(); ++i) depths[i] += parts[i];
+      continue;
+    }
+    // One round per cell that the rays cross.
     std::vector<CellRays> cells;
     cells.reserve(rays.size());
     for (const Ray& ray : rays) cells.emplace_back(frame(c), ray);
@@ -383,6 +391,15 @@ void World::reach_depths(int interval, std::span<const Flight> flights,
   if (cloud_count() == 1) {
     const Octree& octree = *clouds().front().octree;
     const std::vector<double>& weights = optics(0, interval).extinction_weights();
+    if (!frame(0).periodic()) {
+      std::vector<Flight> own(flights.begin(), flights.end());
+      for (Flight& flight : own) flight.ray = transform_ray(frame(0).world_to_index, flight.ray);
+      obscura::free_paths(octree, own, weights, ends);
+      for (std::size_t i = 0; i < flights.size(); ++i) {
+        if (!ends[i].collided) ends[i].t = flights[i].ray.t_max;
+      }
+      return;
+    }
     std::vector<CellRays> cells;
     cells.reserve(flights.size());
     for (const Flight& flight : flights) cells.emplace_back(frame(0), flight.ray);

@@ -159,6 +159,11 @@ class World {
   bool glows(int interval) const noexcept;
   /// Emission over extinction where it is one number in every cloud, W/m2/sr.
   std::optional<double> uniform_source(int interval) const noexcept;
+  /// The medium, where there is only one in the World: albedo and phase function are then the same
+  /// wherever light collides. Else null.
+  const CloudOptics::Part* only_medium(int interval) const noexcept {
+    return cloud_count() == 1 && optics(0, interval).parts().size() == 1 ? optics(0, interval).parts().data() : nullptr;
+  }
 
   /// Optics at a point; periodic clouds repeat.
   LocalOptics at(int interval, const Vec3d& point) const noexcept;
