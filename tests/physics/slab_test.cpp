@@ -91,7 +91,7 @@ TEST_CASE("a slab of 6 % more extinction is told from the table's", "[physics][s
   // tau 2, albedo 0.9, g 0.75, overhead sun: R 0.0973946, T 0.6609577 (d2; van de Hulst).
   const Fluxes right = fluxes(slab(2, 0.9, PhaseFunction::henyey_greenstein(0.75), 1), 250000);
   const Fluxes wrong = fluxes(slab(2.12, 0.9, PhaseFunction::henyey_greenstein(0.75), 1), 250000);
-  const double z = student_limit(1e-6, 15);
+  const double z = test::student_limit(1e-6, 15);
   CHECK(std::abs(right.down.mean - 0.6609577) < z * right.down.standard_error);
   CHECK(std::abs(wrong.down.mean - 0.6609577) > z * wrong.down.standard_error);
   CHECK(right.down.standard_error < 0.003 * 0.66);
