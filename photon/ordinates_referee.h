@@ -24,7 +24,7 @@ class OrdinatesReferee {
   OrdinatesEstimate left(int axis, int side) const noexcept;
   /// Power absorbed by the clouds, W, all light included.
   OrdinatesEstimate absorbed() const noexcept;
-  /// Radiance along rays. An error is never below half of the typical one of its call: where two solutions
+  /// Radiance along rays. The typical relative error of a call's rays is added to each: where two solutions
   /// happen to cross, neighbours tell.
   /// @param incoming of the finest solution, may be empty
   void radiance(std::span<const Ray> rays, std::span<OrdinatesEstimate> estimates, std::span<Incoming> incoming = {}) const;
