@@ -41,7 +41,7 @@ OrdinatesSolution::Data::Data(const World& world_of, int interval_of, const Ordi
     : world(&world_of), interval(interval_of), grid(world_of, interval_of, settings.cells, settings.box),
       surfaces(world_of, interval_of, grid),
       set(settings.quadrature, settings.order), degree(grid.phase_degree(std::clamp(settings.degree.value_or(set.moment_order()), 0, set.moment_order()))),
-      angles(set, degree, grid.cell_m(), {grid.uniform(0), grid.uniform(1), grid.uniform(2)}) {
+      gather(std::max(1, settings.gather)), angles(set, degree, grid.cell_m(), {grid.uniform(0), grid.uniform(1), grid.uniform(2)}) {
   const auto degrees = static_cast<std::size_t>(degree) + 1;
   const double air = world->air_extinction(interval);
   forward.resize(grid.size());

@@ -25,6 +25,8 @@ struct OrdinatesSettings {
   /// Most moments of phase functions, from 0; none: what the quadrature can hold. Fewer are faster, with more
   /// left to delta-M.
   std::optional<int> degree;
+  /// Where a ray meets a surface that reflects, what comes there is gathered by 2 n^2 rays.
+  int gather = 16;
   double tolerance = 1e-7;   ///< of the iteration: estimated error relative to the solution, in the mean square
   int max_iterations = 200;  ///< sweeps
   double memory_MiB = 6144;  ///< more is refused

@@ -18,6 +18,7 @@ struct OrdinatesSolution::Data {
   OrdinatesSurfaces surfaces;
   OrdinateSet set;
   int degree;                        ///< of the harmonics
+  int gather;
   detail::SweepAngles angles;
   std::vector<double> forward;       ///< share of the scattering that counts as not scattered (delta-M), per cell
   std::vector<double> extinction;    ///< 1/m, less the forward share, air included, per cell
@@ -56,6 +57,9 @@ namespace detail {
 /// Adds the light of sun, moon and beams at its first scattering to the source ([cell][corner][moment], per m3)
 /// and its fluence to Data::uncollided, its powers to Data::powers.
 void add_first_collisions(OrdinatesSolution::Data& data, std::vector<double>& source);
+
+/// Radiance along a ray without the discs of sun and moon, their first scattering as the grid has it.
+double seen_quickly(const OrdinatesSolution::Data& data, const Ray& ray);
 
 }  // namespace detail
 }  // namespace obscura

@@ -16,6 +16,7 @@ OrdinatesReferee::OrdinatesReferee(const World& world, int interval, const Ordin
   solutions_.push_back(solve_ordinates(world, interval, settings, progress));
   OrdinatesSettings coarse = settings;
   for (int axis = 0; axis < 3; ++axis) coarse.cells[axis] = std::max(1, (finest().grid().cells()[axis] + 1) / 2);
+  coarse.gather = std::max(1, settings.gather / 2);
   solutions_.push_back(solve_ordinates(world, interval, coarse, progress));
   coarse.order = std::max(2, settings.order / 4 * 2);
   solutions_.push_back(solve_ordinates(world, interval, coarse, progress));
