@@ -23,15 +23,19 @@ const std::vector<LevelSymmetric>& level_symmetric_tables() {
       {6, 0.2666354015167045, {0.1761261308633833, 0.15720720246995}},
       {8, 0.21821789023599106, {0.1209876543209865, 0.0907407407407411, 0.0925925925925935}},
       {10, 0.18932132647803104, {0.0893031479843731, 0.0725291517123509, 0.0450437674364324, 0.0539281144878262}},
-      {12, 0.16721265282272985,
+      {12,
+       0.16721265282272985,
        {0.0707625899701005, 0.0558811015648858, 0.037337673758834, 0.0502819010600321, 0.025851291655761}},
-      {14, 0.1519858614606598,
+      {14,
+       0.1519858614606598,
        {0.0579970408967504, 0.0489007976370723, 0.0227935342406351, 0.0394132005955454, 0.0380990861441239,
         0.0258394076420986, 0.0082695799719053}},
-      {16, 0.13895687506790827,
+      {16,
+       0.13895687506790827,
        {0.0489872391581139, 0.041329597869767, 0.0203032007394514, 0.0265500757813369, 0.0379074407957155,
         0.0135295047784926, 0.0326369372027988, 0.0103769578386092}},
-      {18, 0.1293445045444208,
+      {18,
+       0.1293445045444208,
        {0.0422646448834642, 0.0376127473840386, 0.0122691351592904, 0.0324188352636263, 0.0066443861363606,
         0.0312093838452434, 0.0160127252688755, 0.0200484595317339, 0.0001114093995495, 0.0163797038535862}}};
   return tables;
@@ -64,7 +68,8 @@ void add_level_symmetric(const LevelSymmetric& table, std::vector<Vec3d>& direct
 }
 
 /// A level at the cosine to z, with equally spaced azimuths in the quadrant.
-void add_level(double cosine, double weight, int azimuths, std::vector<Vec3d>& directions, std::vector<double>& weights) {
+void add_level(double cosine, double weight, int azimuths, std::vector<Vec3d>& directions,
+               std::vector<double>& weights) {
   const double sine = std::sqrt((1 - cosine) * (1 + cosine));
   for (int j = 0; j < azimuths; ++j) {
     const double phi = 0.5 * kPi * (j + 0.5) / azimuths;
@@ -77,7 +82,8 @@ void add_level(double cosine, double weight, int azimuths, std::vector<Vec3d>& d
 
 OrdinateSet::OrdinateSet(AngularQuadrature kind, int order) : order_(order) {
   if (order < 2 || order > 32 || order % 2 != 0) {
-    throw InputError("ordinates", "order " + std::to_string(order) + " of the angular quadrature is not even or not in 2 .. 32",
+    throw InputError("ordinates",
+                     "order " + std::to_string(order) + " of the angular quadrature is not even or not in 2 .. 32",
                      "choose 8 or 16");
   }
   const int levels = order / 2;
@@ -103,7 +109,8 @@ OrdinateSet::OrdinateSet(AngularQuadrature kind, int order) : order_(order) {
   for (const double weight : weight_) sum += weight;
   for (double& weight : weight_) weight *= 0.5 * kPi / sum;
   for (int axis = 0; axis < 3; ++axis) {
-    for (std::size_t i = 0; i < weight_.size(); ++i) half_flux_[static_cast<std::size_t>(axis)] += 4 * weight_[i] * magnitude_[i][axis];
+    for (std::size_t i = 0; i < weight_.size(); ++i)
+      half_flux_[static_cast<std::size_t>(axis)] += 4 * weight_[i] * magnitude_[i][axis];
   }
 }
 

@@ -14,7 +14,8 @@ using detail::OrdinatesSolver;
 
 void refuse_what_is_not_solved(const World& world) {
   if (!world.spheres().empty()) {
-    throw NumericalError("ordinates", "hot spheres and particles are not solved by discrete ordinates", "use the path tracer");
+    throw NumericalError("ordinates", "hot spheres and particles are not solved by discrete ordinates",
+                         "use the path tracer");
   }
 }
 
@@ -38,10 +39,14 @@ bool flatten(double* moments, std::size_t stride) noexcept {
 }  // namespace
 
 OrdinatesSolution::Data::Data(const World& world_of, int interval_of, const OrdinatesSettings& settings)
-    : world(&world_of), interval(interval_of), grid(world_of, interval_of, settings.cells, settings.box),
+    : world(&world_of),
+      interval(interval_of),
+      grid(world_of, interval_of, settings.cells, settings.box),
       surfaces(world_of, interval_of, grid),
-      set(settings.quadrature, settings.order), degree(grid.phase_degree(std::clamp(settings.degree.value_or(set.moment_order()), 0, set.moment_order()))),
-      gather(std::max(1, settings.gather)), angles(set, degree, grid.cell_m(), {grid.uniform(0), grid.uniform(1), grid.uniform(2)}) {
+      set(settings.quadrature, settings.order),
+      degree(grid.phase_degree(std::clamp(settings.degree.value_or(set.moment_order()), 0, set.moment_order()))),
+      gather(std::max(1, settings.gather)),
+      angles(set, degree, grid.cell_m(), {grid.uniform(0), grid.uniform(1), grid.uniform(2)}) {
   const auto degrees = static_cast<std::size_t>(degree) + 1;
   const double air = world->air_extinction(interval);
   forward.resize(grid.size());
@@ -82,12 +87,14 @@ double OrdinatesSolution::Data::reflected_far(const SurfacePoint& at) const {
     const Ray shadow{at.position, sun.toward, world->surfaces().clearance(), kInfinity};
     Stream stream(0, 0, 0);
     if (!(cosine > 0) || world->blocked(shadow, at.id, stream)) continue;
-    sum += at.material->diffuse(cosine, at.cosine) * cosine * sun.irradiance[static_cast<std::size_t>(interval)] * std::exp(-depth(shadow));
+    sum += at.material->diffuse(cosine, at.cosine) * cosine * sun.irradiance[static_cast<std::size_t>(interval)] *
+           std::exp(-depth(shadow));
   }
   return sum;
 }
 
-OrdinatesSolution solve_ordinates(const World& world, int interval, const OrdinatesSettings& settings, const Progress& progress) {
+OrdinatesSolution solve_ordinates(const World& world, int interval, const OrdinatesSettings& settings,
+                                  const Progress& progress) {
   refuse_what_is_not_solved(world);
   auto data = std::make_shared<OrdinatesSolution::Data>(world, interval, settings);
   OrdinatesSolver solver(*data, settings);

@@ -35,13 +35,13 @@ struct OrdinatesSettings {
 /// Powers in W, of the cell that repeats where the World does. Light of sun, moon and beams counts from its
 /// first collision on, or from the first surface.
 struct OrdinatesPowers {
-  double emitted = 0;                                ///< by the clouds
-  double entered = 0;                                ///< from the sky through the grid's faces
-  double first_scattered = 0;                        ///< of sun, moon and beams
-  double first_absorbed = 0;                         ///< of sun, moon and beams before any scattering; in no other
-  double absorbed = 0;                               ///< by the clouds, of all the rest
-  double surfaces = 0;                               ///< given off by surfaces less absorbed by them
-  std::array<std::array<double, 2>, 3> left{};       ///< through the faces, [axis][lower, upper]
+  double emitted = 0;                           ///< by the clouds
+  double entered = 0;                           ///< from the sky through the grid's faces
+  double first_scattered = 0;                   ///< of sun, moon and beams
+  double first_absorbed = 0;                    ///< of sun, moon and beams before any scattering; in no other
+  double absorbed = 0;                          ///< by the clouds, of all the rest
+  double surfaces = 0;                          ///< given off by surfaces less absorbed by them
+  std::array<std::array<double, 2>, 3> left{};  ///< through the faces, [axis][lower, upper]
   /// What came in less what went, over what came in.
   double residual() const noexcept {
     double in = emitted + entered + first_scattered, out = absorbed - surfaces;

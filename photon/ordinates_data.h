@@ -17,7 +17,7 @@ struct OrdinatesSolution::Data {
   OrdinatesGrid grid;
   OrdinatesSurfaces surfaces;
   OrdinateSet set;
-  int degree;                        ///< of the harmonics
+  int degree;  ///< of the harmonics
   int gather;
   detail::SweepAngles angles;
   std::vector<double> forward;       ///< share of the scattering that counts as not scattered (delta-M), per cell

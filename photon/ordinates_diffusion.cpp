@@ -26,7 +26,11 @@ struct Pair {
 
 DiffusionCorrection::DiffusionCorrection(const Vec3i& cells, const Vec3d& cell_m, const std::array<bool, 3>& periodic,
                                          std::vector<double> absorption, std::vector<double> transport)
-    : cells_(cells), cell_m_(cell_m), periodic_(periodic), absorption_(std::move(absorption)), diffusion_(std::move(transport)) {
+    : cells_(cells),
+      cell_m_(cell_m),
+      periodic_(periodic),
+      absorption_(std::move(absorption)),
+      diffusion_(std::move(transport)) {
   // Where hardly anything scatters light flies across: it spreads no farther than about the grid.
   const double widest = std::max({cells.x * cell_m.x, cells.y * cell_m.y, cells.z * cell_m.z});
   for (double& d : diffusion_) d = 1 / (3 * std::max(d, 0.5 / widest));
@@ -39,7 +43,8 @@ std::size_t DiffusionCorrection::vertex(int i, int j, int k) const noexcept {
 }
 
 void DiffusionCorrection::assemble() {
-  const auto count = static_cast<std::size_t>(vertices_.x) * static_cast<std::size_t>(vertices_.y) * static_cast<std::size_t>(vertices_.z);
+  const auto count = static_cast<std::size_t>(vertices_.x) * static_cast<std::size_t>(vertices_.y) *
+                     static_cast<std::size_t>(vertices_.z);
   diagonal_.assign(count, 0.0);
   for (std::size_t a = 0; a < 3; ++a) {
     link_[a].assign(count, 0.0);
@@ -179,8 +184,8 @@ void DiffusionCorrection::correct(const std::vector<double>& source, std::vector
     };
     for (const std::size_t bit : {1U, 2U, 4U}) butterfly(bit);
     for (std::size_t c = 0; c < 8; ++c) {
-      const double value = absorption_[cell] + (c & 1 ? axis[0].odd : axis[0].even) + (c & 2 ? axis[1].odd : axis[1].even) +
-                           (c & 4 ? axis[2].odd : axis[2].even);
+      const double value = absorption_[cell] + (c & 1 ? axis[0].odd : axis[0].even) +
+                           (c & 2 ? axis[1].odd : axis[1].even) + (c & 4 ? axis[2].odd : axis[2].even);
       v[c] = value > 0 ? v[c] / (8 * value) : 0.0;
     }
     for (const std::size_t bit : {1U, 2U, 4U}) butterfly(bit);

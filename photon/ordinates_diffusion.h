@@ -32,10 +32,10 @@ class DiffusionCorrection {
   Vec3d cell_m_;
   std::array<bool, 3> periodic_;
   std::vector<double> absorption_, diffusion_;
-  std::vector<std::size_t> corner_;                // [cell][corner], its vertex
+  std::vector<std::size_t> corner_;  // [cell][corner], its vertex
   std::vector<double> diagonal_, pivot_;
-  std::array<std::vector<double>, 3> link_;        // to the next vertex along an axis
-  std::array<std::vector<std::size_t>, 3> next_;   // that vertex; itself where there is none
+  std::array<std::vector<double>, 3> link_;       // to the next vertex along an axis
+  std::array<std::vector<std::size_t>, 3> next_;  // that vertex; itself where there is none
   std::vector<double> x_, b_, r_, z_, p_, q_;
 };
 

@@ -23,12 +23,12 @@ struct CellLight {
 
 /// A stretch of light through a cell, from its entry on: integrals of transmission along it.
 struct Stretch {
-  double passed = 1;          // what is left at the end
+  double passed = 1;  // what is left at the end
   double length = 0;
-  double fluence = 0;         // m
+  double fluence = 0;  // m
   double absorbed = 0;
   double scattered = 0;
-  double scattered_place = 0; // first moment of it, m
+  double scattered_place = 0;  // first moment of it, m
 
   void add(double reduced, double scattering, double absorption, double begin, double end) {
     const double d = end - begin, tau = reduced * d;
@@ -44,7 +44,8 @@ struct Stretch {
 };
 
 /// The light's source in a cell from its mean and first moment.
-void put_source(Data& data, std::size_t cell, const CellLight& light, const Vec3d& direction, std::vector<double>& source) {
+void put_source(Data& data, std::size_t cell, const CellLight& light, const Vec3d& direction,
+                std::vector<double>& source) {
   if (!(light.scattered > 0)) return;
   const auto degrees = static_cast<std::size_t>(data.degree) + 1;
   const double* const scatter = &data.scatter[cell * degrees];
@@ -79,14 +80,16 @@ CellLight sunlight(const Data& data, std::size_t cell, const Sun& sun, const Vec
     for (int a = 0; a < 3; ++a) {
       point[a] = corner[a] + 0.5 * (1 + local[a]) * h[a];
       if (grid.uniform(a) || toward[a] == 0) continue;
-      const double up = (corner[a] + h[a] - point[a]) / std::abs(toward[a]), down = (point[a] - corner[a]) / std::abs(toward[a]);
+      const double up = (corner[a] + h[a] - point[a]) / std::abs(toward[a]),
+                   down = (point[a] - corner[a]) / std::abs(toward[a]);
       ahead = std::min(ahead, toward[a] > 0 ? up : down);
       behind = std::min(behind, toward[a] > 0 ? down : up);
     }
     const Vec3d entry = transform_point(grid.grid_to_world(), point + ahead * toward);
     const Ray shadow{entry, sun.toward, 0, kInfinity};
     Stream stream(0, cell, 0);
-    if (data.world->blocked({transform_point(grid.grid_to_world(), point), sun.toward, 0, kInfinity}, {}, stream)) continue;
+    if (data.world->blocked({transform_point(grid.grid_to_world(), point), sun.toward, 0, kInfinity}, {}, stream))
+      continue;
     const double arriving = irradiance * std::exp(-data.depth(shadow));
     Stretch stretch;
     const double chord = ahead + behind;
@@ -100,7 +103,8 @@ CellLight sunlight(const Data& data, std::size_t cell, const Sun& sun, const Vec
     while (walk.next()) {
       const LocalOptics optics = walk.optics();
       const double forward = data.forward[cell] * optics.scattering;
-      add(optics.extinction - forward, optics.scattering - forward, optics.extinction - optics.scattering, walk.begin(), walk.end());
+      add(optics.extinction - forward, optics.scattering - forward, optics.extinction - optics.scattering, walk.begin(),
+          walk.end());
     }
     if (before < chord) stretch.add(0, 0, 0, before, chord);
     const double weight = arriving / (8 * chord);
@@ -133,10 +137,12 @@ void add_beam(Data& data, const Beam& beam, std::vector<CellLight>& cells) {
     double power = beam.power[static_cast<std::size_t>(data.interval)] / lines / grid.cell_volume();
     const Ray local = transform_ray(grid.world_to_grid(), ray);
     march(*data.world, data.interval, grid, ray,
-          [&](double begin, double end, const LocalOptics& optics, std::optional<std::size_t> cell, const CellCursor& cursor) {
+          [&](double begin, double end, const LocalOptics& optics, std::optional<std::size_t> cell,
+              const CellCursor& cursor) {
             const double forward = cell ? data.forward[*cell] * optics.scattering : 0.0;
             Stretch stretch;
-            stretch.add(optics.extinction - forward, optics.scattering - forward, optics.extinction - optics.scattering, 0, end - begin);
+            stretch.add(optics.extinction - forward, optics.scattering - forward, optics.extinction - optics.scattering,
+                        0, end - begin);
             if (cell) {
               CellLight& light = cells[*cell];
               light.fluence += power * stretch.fluence;
@@ -145,7 +151,8 @@ void add_beam(Data& data, const Beam& beam, std::vector<CellLight>& cells) {
               if (stretch.scattered > 0) {
                 const Vec3d place = local.at(begin + stretch.scattered_place / stretch.scattered) - cursor.corner();
                 for (int a = 0; a < 3; ++a) {
-                  if (!grid.uniform(a)) light.moment[a] += power * stretch.scattered * (2 * place[a] / grid.cell_m()[a] - 1);
+                  if (!grid.uniform(a))
+                    light.moment[a] += power * stretch.scattered * (2 * place[a] / grid.cell_m()[a] - 1);
                 }
               }
             }
@@ -181,7 +188,8 @@ void add_forward_light(Data& data, const Sun& sun, const Vec3d& toward) {
         if (data.world->blocked(back, {}, stream)) continue;
         double whole = 0;
         data.world->optical_depths(data.interval, {&back, 1}, {&whole, 1});
-        surplus += 0.25 * sun.irradiance[static_cast<std::size_t>(data.interval)] * std::abs(toward[axis]) * (std::exp(-data.depth(back)) - std::exp(-whole));
+        surplus += 0.25 * sun.irradiance[static_cast<std::size_t>(data.interval)] * std::abs(toward[axis]) *
+                   (std::exp(-data.depth(back)) - std::exp(-whole));
       }
       leaving[static_cast<std::size_t>(face)] += surplus;
       surpluses[static_cast<std::size_t>(face)] = surplus;
@@ -203,9 +211,12 @@ void light_surfaces(Data& data, const Sun& sun) {
   });
 }
 
-void add_light(Data& data, const std::vector<CellLight>& cells, const Vec3d& direction, bool sun, std::vector<double>& source) {
-  Data::FirstLight& first = data.first.emplace_back(Data::FirstLight{transform_direction(data.grid.grid_to_world(), direction), sun, {}});
-  tbb::parallel_for(std::size_t{0}, cells.size(), [&](std::size_t cell) { put_source(data, cell, cells[cell], direction, source); });
+void add_light(Data& data, const std::vector<CellLight>& cells, const Vec3d& direction, bool sun,
+               std::vector<double>& source) {
+  Data::FirstLight& first =
+      data.first.emplace_back(Data::FirstLight{transform_direction(data.grid.grid_to_world(), direction), sun, {}});
+  tbb::parallel_for(std::size_t{0}, cells.size(),
+                    [&](std::size_t cell) { put_source(data, cell, cells[cell], direction, source); });
   for (std::size_t cell = 0; cell < cells.size(); ++cell) {
     data.uncollided[cell] += cells[cell].fluence;
     first.scattered.push_back(cells[cell].scattered);
@@ -224,7 +235,8 @@ void add_first_collisions(Data& data, std::vector<double>& source) {
   for (const Sun& sun : world.suns()) {
     if (!(sun.irradiance[interval] > 0)) continue;
     const Vec3d toward = transform_direction(data.grid.world_to_grid(), sun.toward);
-    tbb::parallel_for(std::size_t{0}, cells.size(), [&](std::size_t cell) { cells[cell] = sunlight(data, cell, sun, toward); });
+    tbb::parallel_for(std::size_t{0}, cells.size(),
+                      [&](std::size_t cell) { cells[cell] = sunlight(data, cell, sun, toward); });
     add_light(data, cells, -toward, true, source);
     light_surfaces(data, sun);
     add_forward_light(data, sun, toward);

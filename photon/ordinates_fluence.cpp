@@ -22,7 +22,8 @@ std::vector<bool> with_neighbours(const std::vector<bool>& marked, int rows) {
     for (int column = 0; column < columns; ++column) {
       if (!marked[static_cast<std::size_t>(row * columns + column)]) continue;
       for (int r = std::max(0, row - 1); r <= std::min(rows - 1, row + 1); ++r) {
-        for (int c = -1; c <= 1; ++c) result[static_cast<std::size_t>(r * columns + (column + c + columns) % columns)] = true;
+        for (int c = -1; c <= 1; ++c)
+          result[static_cast<std::size_t>(r * columns + (column + c + columns) % columns)] = true;
       }
     }
   }
@@ -69,7 +70,8 @@ OrdinatesEstimate OrdinatesSolution::fluence_at(const Vec3d& point) const {
     std::vector<Patch> parts;
     for (const Patch& p : patches) {
       for (int n = 0; n < 4; ++n) {
-        parts.push_back({p.z + (n & 1 ? 0.5 * p.side_z : 0.0), p.phi + (n & 2 ? 0.5 * p.side_phi : 0.0), 0.5 * p.side_z, 0.5 * p.side_phi, 0});
+        parts.push_back({p.z + (n & 1 ? 0.5 * p.side_z : 0.0), p.phi + (n & 2 ? 0.5 * p.side_phi : 0.0), 0.5 * p.side_z,
+                         0.5 * p.side_phi, 0});
       }
     }
     integrate(parts);

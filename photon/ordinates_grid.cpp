@@ -112,7 +112,8 @@ void OrdinatesGrid::find_phases() {
 }
 
 void OrdinatesGrid::resample(int lines) {
-  const auto count = static_cast<std::size_t>(cells_.x) * static_cast<std::size_t>(cells_.y) * static_cast<std::size_t>(cells_.z);
+  const auto count =
+      static_cast<std::size_t>(cells_.x) * static_cast<std::size_t>(cells_.y) * static_cast<std::size_t>(cells_.z);
   extinction.assign(count, 0.0);
   scattering.assign(count, 0.0);
   emission.assign(count, 0.0);
@@ -123,30 +124,33 @@ void OrdinatesGrid::resample(int lines) {
     const int i = column % cells_.x, j = column / cells_.x;
     const double share = 1 / (cell_m_.z * lines * lines);
     for (int place = 0; place < lines * lines; ++place) {
-      const Vec3d start((i + (place % lines + 0.5) / lines) * cell_m_.x, (j + (place / lines + 0.5) / lines) * cell_m_.y, 0);
+      const Vec3d start((i + (place % lines + 0.5) / lines) * cell_m_.x,
+                        (j + (place / lines + 0.5) / lines) * cell_m_.y, 0);
       const Ray ray = transform_ray(grid_to_world_, {start, Vec3d(0, 0, 1), 0, cells_.z * cell_m_.z});
-      march(*world_, interval_, *this, ray,
-            [&](double begin, double end, const LocalOptics& optics, std::optional<std::size_t> cell, const CellCursor&) {
-              if (!cell) return true;
-              // Rounding at the border between columns must not reach into the neighbour's.
-              const std::size_t own = index(Vec3i(i, j, cell_at(*cell).z));
-              const double weight = (end - begin) * share;
-              extinction[own] += weight * optics.extinction;
-              scattering[own] += weight * optics.scattering;
-              emission[own] += weight * optics.emission;
-              if (!mixed || !(optics.scattering > 0)) return true;
-              const Vec3d point = ray.at(0.5 * (begin + end));
-              for (int c = 0; c < world_->cloud_count(); ++c) {
-                const Octree& octree = *world_->clouds()[static_cast<std::size_t>(c)].octree;
-                const Vec3d at = world_->index_point(c, point);
-                const auto& parts = world_->optics(c, interval_).parts();
-                for (std::size_t p = 0; p < parts.size(); ++p) {
-                  const auto phase = static_cast<std::size_t>(phase_of_[static_cast<std::size_t>(c)][p]);
-                  phase_scattering_[phase][own] += weight * parts[p].scattering * static_cast<double>(octree.value(parts[p].channel, at));
-                }
+      march(
+          *world_, interval_, *this, ray,
+          [&](double begin, double end, const LocalOptics& optics, std::optional<std::size_t> cell, const CellCursor&) {
+            if (!cell) return true;
+            // Rounding at the border between columns must not reach into the neighbour's.
+            const std::size_t own = index(Vec3i(i, j, cell_at(*cell).z));
+            const double weight = (end - begin) * share;
+            extinction[own] += weight * optics.extinction;
+            scattering[own] += weight * optics.scattering;
+            emission[own] += weight * optics.emission;
+            if (!mixed || !(optics.scattering > 0)) return true;
+            const Vec3d point = ray.at(0.5 * (begin + end));
+            for (int c = 0; c < world_->cloud_count(); ++c) {
+              const Octree& octree = *world_->clouds()[static_cast<std::size_t>(c)].octree;
+              const Vec3d at = world_->index_point(c, point);
+              const auto& parts = world_->optics(c, interval_).parts();
+              for (std::size_t p = 0; p < parts.size(); ++p) {
+                const auto phase = static_cast<std::size_t>(phase_of_[static_cast<std::size_t>(c)][p]);
+                phase_scattering_[phase][own] +=
+                    weight * parts[p].scattering * static_cast<double>(octree.value(parts[p].channel, at));
               }
-              return true;
-            });
+            }
+            return true;
+          });
     }
   });
 }

@@ -65,9 +65,9 @@ class OrdinatesGrid {
   Vec3d voxel_m_{0, 0, 0};  // of the only cloud, in the grid's frame
   Affine world_to_grid_, grid_to_world_;
   std::vector<const PhaseFunction*> phases_;
-  std::vector<std::vector<int>> phase_of_;            // [cloud][part]
-  std::vector<std::vector<double>> phase_scattering_; // [phase][cell], where there are several
-  std::vector<std::vector<double>> phase_moments_;    // [phase][degree]
+  std::vector<std::vector<int>> phase_of_;             // [cloud][part]
+  std::vector<std::vector<double>> phase_scattering_;  // [phase][cell], where there are several
+  std::vector<std::vector<double>> phase_moments_;     // [phase][degree]
 };
 
 /// The cells along a ray, front to back.

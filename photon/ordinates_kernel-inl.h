@@ -84,7 +84,8 @@ void run_row(const RowJob& job, int j, int k) {
 
     // Sources of all ordinates from their moments.
     if constexpr (!kIsotropic) {
-      const double* const to_ordinate = angles.to_ordinate.data() + static_cast<std::size_t>(flip) * moments * ordinates;
+      const double* const to_ordinate =
+          angles.to_ordinate.data() + static_cast<std::size_t>(flip) * moments * ordinates;
       for (std::size_t o = 0; o < ordinates; o += lanes) {
         V s0 = zero, s1 = zero, s2 = zero, s3 = zero, s4 = zero, s5 = zero, s6 = zero, s7 = zero;
         for (std::size_t m = 0; m < moments; ++m) {
@@ -183,8 +184,10 @@ void run_row(const RowJob& job, int j, int k) {
         for (std::size_t n = 0; n < 8; ++n) hn::StoreU(r[n], d, psi + n * ordinates + o);
       }
       if (arrays.flux) {
-        V mean = hn::Add(hn::Add(hn::Add(r[0], r[1]), hn::Add(r[2], r[3])), hn::Add(hn::Add(r[4], r[5]), hn::Add(r[6], r[7])));
-        for (std::size_t a = 0; a < 3; ++a) flux[a] = hn::MulAdd(hn::LoadU(d, angles.current[a].data() + o), mean, flux[a]);
+        V mean = hn::Add(hn::Add(hn::Add(r[0], r[1]), hn::Add(r[2], r[3])),
+                         hn::Add(hn::Add(r[4], r[5]), hn::Add(r[6], r[7])));
+        for (std::size_t a = 0; a < 3; ++a)
+          flux[a] = hn::MulAdd(hn::LoadU(d, angles.current[a].data() + o), mean, flux[a]);
       }
     }
 

@@ -30,8 +30,13 @@ class View {
  public:
   /// @param exact with the sun's first scattering, discs and reflections by rays of their own
   View(const Data& data, const Ray& ray, FaceId from, bool exact)
-      : data_(data), ray_(ray), from_(from), exact_(exact), local_(transform_ray(data.grid.world_to_grid(), ray)),
-        air_(data.world->air_extinction(data.interval)), air_radiance_(data.world->air_radiance(data.interval)),
+      : data_(data),
+        ray_(ray),
+        from_(from),
+        exact_(exact),
+        local_(transform_ray(data.grid.world_to_grid(), ray)),
+        air_(data.world->air_extinction(data.interval)),
+        air_radiance_(data.world->air_radiance(data.interval)),
         harmonics_(data.moment_count(), 0.0) {
     spherical_harmonics(-local_.direction, data.degree, harmonics_.data());
     // Both the sun's light and the scattered light travel the other way.
@@ -46,7 +51,8 @@ class View {
     ray_.t_max = std::min(ray_.t_max, hit.t);
     in.distance = hit.t;
     march(*data_.world, data_.interval, data_.grid, ray_,
-          [&](double begin, double end, const LocalOptics& optics, std::optional<std::size_t> cell, const CellCursor& cursor) {
+          [&](double begin, double end, const LocalOptics& optics, std::optional<std::size_t> cell,
+              const CellCursor& cursor) {
             depth += optics.extinction * (end - begin);
             const double extinction = data_.reduced(optics, cell);
             add_emission(begin, end, extinction, optics.emission);
@@ -108,10 +114,12 @@ class View {
   double scattered_at(double t, const Vec3d& corner) const noexcept {
     const Vec3d at = local_.at(t) - corner;
     double weight[3];
-    for (int a = 0; a < 3; ++a) weight[a] = data_.grid.uniform(a) ? 0.5 : std::clamp(at[a] / data_.grid.cell_m()[a], 0.0, 1.0);
+    for (int a = 0; a < 3; ++a)
+      weight[a] = data_.grid.uniform(a) ? 0.5 : std::clamp(at[a] / data_.grid.cell_m()[a], 0.0, 1.0);
     double sum = 0;
     for (std::size_t c = 0; c < 8; ++c) {
-      sum += corner_[c] * (c & 1 ? weight[0] : 1 - weight[0]) * (c & 2 ? weight[1] : 1 - weight[1]) * (c & 4 ? weight[2] : 1 - weight[2]);
+      sum += corner_[c] * (c & 1 ? weight[0] : 1 - weight[0]) * (c & 2 ? weight[1] : 1 - weight[1]) *
+             (c & 4 ? weight[2] : 1 - weight[2]);
     }
     return sum;
   }
@@ -127,7 +135,8 @@ class View {
         Vec3i other = at;
         other[a] += step;
         if (other[a] < 0 || other[a] >= grid.cells()[a]) continue;
-        const Vec3d middle((other.x + 0.5) * grid.cell_m().x, (other.y + 0.5) * grid.cell_m().y, (other.z + 0.5) * grid.cell_m().z);
+        const Vec3d middle((other.x + 0.5) * grid.cell_m().x, (other.y + 0.5) * grid.cell_m().y,
+                           (other.z + 0.5) * grid.cell_m().z);
         const double distance = (middle - place).length();
         if (distance < nearest && sees(place, middle)) {
           nearest = distance;
@@ -139,7 +148,8 @@ class View {
   }
 
   bool sees(const Vec3d& from, const Vec3d& to) const {
-    const Vec3d a = transform_point(data_.grid.grid_to_world(), from), b = transform_point(data_.grid.grid_to_world(), to);
+    const Vec3d a = transform_point(data_.grid.grid_to_world(), from),
+                b = transform_point(data_.grid.grid_to_world(), to);
     const double distance = (b - a).length();
     return !(distance > 0) || !data_.world->surfaces().occluded({a, (b - a) / distance, 0, distance});
   }
@@ -199,7 +209,8 @@ class View {
           const Ray shadow{ray_.at(t), sun.toward, 0, kInfinity};
           Stream stream(0, 0, 0);
           if (data_.world->blocked(shadow, {}, stream)) continue;
-          radiance_ += 0.5 * seen * through_air(t) * piece.optics.scattering * phase * sun.irradiance[interval] * std::exp(-data_.depth(shadow));
+          radiance_ += 0.5 * seen * through_air(t) * piece.optics.scattering * phase * sun.irradiance[interval] *
+                       std::exp(-data_.depth(shadow));
         }
         passed *= std::exp(-tau);
       }
@@ -211,7 +222,8 @@ class View {
     for (const Data::FirstLight& light : data_.first) {
       const double scattered = light.scattered[piece.cell];
       if (!(scattered > 0) || (light.sun && exact_)) continue;
-      const double seen = passed_ * through_air(piece.begin) * effective_length(piece.extinction + air_, piece.end - piece.begin);
+      const double seen =
+          passed_ * through_air(piece.begin) * effective_length(piece.extinction + air_, piece.end - piece.begin);
       radiance_ += seen * scattered * data_.grid.phase(piece.cell, -light.direction.dot(ray_.direction));
     }
   }
@@ -232,7 +244,8 @@ class View {
       const int places = sun.diameter > 0 ? 16 : 1;
       const auto [east, north] = orthonormal_basis(sun.toward);
       for (int n = 0; n < places; ++n) {
-        const double r = places > 1 ? std::sin(0.5 * sun.diameter) * std::sqrt((n + 0.5) / places) : 0.0, phi = n * kPi * (3 - std::sqrt(5.0));
+        const double r = places > 1 ? std::sin(0.5 * sun.diameter) * std::sqrt((n + 0.5) / places) : 0.0,
+                     phi = n * kPi * (3 - std::sqrt(5.0));
         const Vec3d toward = r * std::cos(phi) * east + r * std::sin(phi) * north + std::sqrt(1 - r * r) * sun.toward;
         const double cosine = toward.dot(at.normal);
         const Ray shadow{at.position, toward.normalized(), clearance, kInfinity};
@@ -272,9 +285,12 @@ class View {
 }  // namespace
 
 void OrdinatesSolution::radiance(std::span<const Ray> rays, std::span<Incoming> incoming) const {
-  tbb::parallel_for(std::size_t{0}, rays.size(), [&](std::size_t i) { incoming[i] = View(*data_, rays[i], {}, true).look(); });
+  tbb::parallel_for(std::size_t{0}, rays.size(),
+                    [&](std::size_t i) { incoming[i] = View(*data_, rays[i], {}, true).look(); });
 }
 
-double detail::seen_quickly(const OrdinatesSolution::Data& data, const Ray& ray) { return View(data, ray, {}, false).look().direct; }
+double detail::seen_quickly(const OrdinatesSolution::Data& data, const Ray& ray) {
+  return View(data, ray, {}, false).look().direct;
+}
 
 }  // namespace obscura

@@ -11,7 +11,8 @@ constexpr double kLeastOfOrder = 0.02;
 
 }  // namespace
 
-OrdinatesReferee::OrdinatesReferee(const World& world, int interval, const OrdinatesSettings& settings, const Progress& progress)
+OrdinatesReferee::OrdinatesReferee(const World& world, int interval, const OrdinatesSettings& settings,
+                                   const Progress& progress)
     : tolerance_(settings.tolerance) {
   solutions_.push_back(solve_ordinates(world, interval, settings, progress));
   OrdinatesSettings coarse = settings;
@@ -33,7 +34,8 @@ OrdinatesEstimate OrdinatesReferee::combine(double fine, double coarse, double l
 }
 
 OrdinatesEstimate OrdinatesReferee::fluence_at(const Vec3d& point) const {
-  const OrdinatesEstimate fine = solutions_[0].fluence_at(point), coarse = solutions_[1].fluence_at(point), low = solutions_[2].fluence_at(point);
+  const OrdinatesEstimate fine = solutions_[0].fluence_at(point), coarse = solutions_[1].fluence_at(point),
+                          low = solutions_[2].fluence_at(point);
   OrdinatesEstimate result = combine(fine.value, coarse.value, low.value);
   result.error = std::hypot(result.error, fine.error);
   return result;
@@ -47,11 +49,14 @@ OrdinatesEstimate OrdinatesReferee::left(int axis, int side) const noexcept {
 }
 
 OrdinatesEstimate OrdinatesReferee::absorbed() const noexcept {
-  const auto of = [&](std::size_t n) { return solutions_[n].powers().absorbed + solutions_[n].powers().first_absorbed; };
+  const auto of = [&](std::size_t n) {
+    return solutions_[n].powers().absorbed + solutions_[n].powers().first_absorbed;
+  };
   return combine(of(0), of(1), of(2));
 }
 
-void OrdinatesReferee::radiance(std::span<const Ray> rays, std::span<OrdinatesEstimate> estimates, std::span<Incoming> incoming) const {
+void OrdinatesReferee::radiance(std::span<const Ray> rays, std::span<OrdinatesEstimate> estimates,
+                                std::span<Incoming> incoming) const {
   std::vector<Incoming> in[3];
   for (std::size_t n = 0; n < 3; ++n) {
     in[n].resize(rays.size());

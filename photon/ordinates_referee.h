@@ -27,7 +27,8 @@ class OrdinatesReferee {
   /// Radiance along rays. The typical relative error of a call's rays is added to each: where two solutions
   /// happen to cross, neighbours tell.
   /// @param incoming of the finest solution, may be empty
-  void radiance(std::span<const Ray> rays, std::span<OrdinatesEstimate> estimates, std::span<Incoming> incoming = {}) const;
+  void radiance(std::span<const Ray> rays, std::span<OrdinatesEstimate> estimates,
+                std::span<Incoming> incoming = {}) const;
 
  private:
   /// @param share of the light that the clouds have changed

@@ -29,15 +29,17 @@ double norm(const Vector& a) { return std::sqrt(dot(a, a)); }
 
 /// y += a x
 void add(double a, const Vector& x, Vector& y) {
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, x.size(), kChunk), [&](const tbb::blocked_range<std::size_t>& range) {
-    for (std::size_t i = range.begin(); i < range.end(); ++i) y[i] += a * x[i];
-  });
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, x.size(), kChunk),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t i = range.begin(); i < range.end(); ++i) y[i] += a * x[i];
+                    });
 }
 
 void scale(double a, Vector& x) {
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, x.size(), kChunk), [&](const tbb::blocked_range<std::size_t>& range) {
-    for (std::size_t i = range.begin(); i < range.end(); ++i) x[i] *= a;
-  });
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, x.size(), kChunk),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t i = range.begin(); i < range.end(); ++i) x[i] *= a;
+                    });
 }
 
 constexpr double kBytesPerMiB = 1048576.0;
@@ -65,13 +67,16 @@ void OrdinatesSolver::check_memory() {
   // External and swept sources, moments, and two vectors beside the Krylov space.
   const double one = static_cast<double>(size_) * sizeof(double);
   double faces = 0;
-  for (int axis = 0; axis < 3; ++axis) faces += static_cast<double>(boundary_size(data_.angles, data_.grid.cells(), axis)) * sizeof(double) / 8;
+  for (int axis = 0; axis < 3; ++axis)
+    faces += static_cast<double>(boundary_size(data_.angles, data_.grid.cells(), axis)) * sizeof(double) / 8;
   const double limit = settings_.memory_MiB * kBytesPerMiB;
   const auto needs = [&](int vectors) { return (vectors + 6) * one + faces; };
   while (restart_ > 5 && needs(restart_) > limit) --restart_;
   if (needs(restart_) > limit) {
-    throw ResourceError("ordinates", "the grid and the moments need " + std::to_string(static_cast<long>(needs(restart_) / kBytesPerMiB)) +
-                        " MiB where " + std::to_string(static_cast<long>(settings_.memory_MiB)) + " are allowed",
+    throw ResourceError("ordinates",
+                        "the grid and the moments need " +
+                            std::to_string(static_cast<long>(needs(restart_) / kBytesPerMiB)) + " MiB where " +
+                            std::to_string(static_cast<long>(settings_.memory_MiB)) + " are allowed",
                         "take fewer cells or a lower order");
   }
 }
@@ -143,7 +148,8 @@ void OrdinatesSolver::apply(const Vector& x, bool sources, Vector& y) {
 void OrdinatesSolver::accelerate(Vector& x) {
   const auto degrees = static_cast<std::size_t>(data_.degree) + 1;
   const std::size_t stride = data_.moment_count();
-  for (std::size_t n = 0; n < correction_source_.size(); ++n) correction_source_[n] = data_.scatter[n / 8 * degrees] * x[n * stride];
+  for (std::size_t n = 0; n < correction_source_.size(); ++n)
+    correction_source_[n] = data_.scatter[n / 8 * degrees] * x[n * stride];
   diffusion_->correct(correction_source_, correction_);
   for (std::size_t n = 0; n < correction_.size(); ++n) x[n * stride] += correction_[n];
 }
@@ -162,8 +168,10 @@ void OrdinatesSolver::iterate(const Progress& progress) {
     progress.report("discrete ordinates", static_cast<std::uint64_t>(data_.iterations), 0);
     if (data_.error <= settings_.tolerance) return;
     if (data_.iterations >= settings_.max_iterations || !std::isfinite(beta)) {
-      throw NumericalError("ordinates", "no convergence after " + std::to_string(data_.iterations) + " sweeps: error " +
-                           std::to_string(data_.error), "allow more iterations or a larger tolerance");
+      throw NumericalError(
+          "ordinates",
+          "no convergence after " + std::to_string(data_.iterations) + " sweeps: error " + std::to_string(data_.error),
+          "allow more iterations or a larger tolerance");
     }
     scale(1 / beta, residual);
     if (basis.empty()) basis.emplace_back();
@@ -227,7 +235,8 @@ void OrdinatesSolver::finish() {
   for (std::size_t cell = 0; cell < grid.size(); ++cell) {
     double mean = 0;
     for (std::size_t c = 0; c < 8; ++c) mean += y[(8 * cell + c) * data_.moment_count()] / 8;
-    data_.powers.absorbed += (data_.extinction[cell] - data_.scatter[cell * degrees]) * std::sqrt(4 * kPi) * mean * grid.cell_volume();
+    data_.powers.absorbed +=
+        (data_.extinction[cell] - data_.scatter[cell * degrees]) * std::sqrt(4 * kPi) * mean * grid.cell_volume();
   }
   for (int axis = 0; axis < 3; ++axis) {
     if (grid.periodic(axis)) continue;
@@ -236,20 +245,23 @@ void OrdinatesSolver::finish() {
       const std::vector<double>& faces = data_.leaving[a][side];
       for (const double face : faces) data_.powers.left[a][side] += face * grid.face_area(axis);
       if (outside_[a].empty()) {
-        data_.powers.entered += data_.world->sky(data_.interval) * data_.set.half_flux(axis) * grid.face_area(axis) * static_cast<double>(faces.size());
+        data_.powers.entered += data_.world->sky(data_.interval) * data_.set.half_flux(axis) * grid.face_area(axis) *
+                                static_cast<double>(faces.size());
       }
     }
   }
   for (std::size_t a = 0; a < 3; ++a) {
     const auto count = static_cast<std::size_t>(data_.angles.ordinates);
     for (std::size_t n = 0; n < outside_[a].size(); ++n) {
-      data_.powers.entered += 0.25 * data_.angles.current[a][n % count] * outside_[a][n] * grid.face_area(static_cast<int>(a));
+      data_.powers.entered +=
+          0.25 * data_.angles.current[a][n % count] * outside_[a][n] * grid.face_area(static_cast<int>(a));
     }
   }
   for (std::size_t n = 0; n < data_.surfaces.sides.size(); ++n) {
     OrdinatesSide& side = data_.surfaces.sides[n];
     side.reflected = y[surfaces_at_ + n] - side.emission;
-    data_.powers.surfaces += grid.face_area(side.axis) * (data_.set.half_flux(side.axis) * x_[surfaces_at_ + n] - irradiance_[n]);
+    data_.powers.surfaces +=
+        grid.face_area(side.axis) * (data_.set.half_flux(side.axis) * x_[surfaces_at_ + n] - irradiance_[n]);
   }
   y.resize(moments_size_);
   y.shrink_to_fit();

@@ -35,19 +35,19 @@ class OrdinatesSolver {
 
   OrdinatesSolution::Data& data_;
   const OrdinatesSettings& settings_;
-  std::size_t moments_size_ = 0;               // of x: moments, then what enters across periodic axes,
+  std::size_t moments_size_ = 0;  // of x: moments, then what enters across periodic axes,
   std::array<std::size_t, 3> enter_at_{}, enter_size_{};
-  std::size_t surfaces_at_ = 0;                // then the radiance of every side of a surface
-  Vector irradiance_;                          // of every side, in a sweep
+  std::size_t surfaces_at_ = 0;  // then the radiance of every side of a surface
+  Vector irradiance_;            // of every side, in a sweep
   std::size_t size_ = 0;
   int restart_ = 20;
-  Vector external_;                            // [cell][corner][moment]
-  std::array<Vector, 3> outside_;              // what enters the grid, as SweepArrays::enter; empty: the sky
-  Vector source_;                              // of a sweep
-  Vector correction_source_, correction_;      // [cell][corner]
+  Vector external_;                        // [cell][corner][moment]
+  std::array<Vector, 3> outside_;          // what enters the grid, as SweepArrays::enter; empty: the sky
+  Vector source_;                          // of a sweep
+  Vector correction_source_, correction_;  // [cell][corner]
   std::unique_ptr<DiffusionCorrection> diffusion_;
   SweepScratch scratch_;
-  bool finishing_ = false;                     // the sweep that keeps currents and what leaves
+  bool finishing_ = false;  // the sweep that keeps currents and what leaves
   Vector x_;
 };
 

@@ -24,7 +24,8 @@ void OrdinatesSolver::look_outside() {
   bool beyond = false;
   for (const Object& object : world.objects()) {
     const Box3d box = transform_box(grid.world_to_grid(), bounds_of(object));
-    for (int a = 0; a < 3; ++a) beyond = beyond || box.min[a] < -1e-6 * extent[a] || box.max[a] > (1 + 1e-6) * extent[a];
+    for (int a = 0; a < 3; ++a)
+      beyond = beyond || box.min[a] < -1e-6 * extent[a] || box.max[a] > (1 + 1e-6) * extent[a];
   }
   if (!beyond) return;
   const Vec3i n = grid.cells();
@@ -48,7 +49,8 @@ void OrdinatesSolver::look_outside() {
         if (!hit.exists()) continue;
         const SurfacePoint at = world.surface_at(data_.interval, ray, hit);
         const double radiance = at.emission(at.cosine) + data_.reflected_far(at);
-        for (std::size_t c = 0; c < 4; ++c) enter[(static_cast<std::size_t>(task) * 4 + c) * count + static_cast<std::size_t>(o)] = radiance;
+        for (std::size_t c = 0; c < 4; ++c)
+          enter[(static_cast<std::size_t>(task) * 4 + c) * count + static_cast<std::size_t>(o)] = radiance;
       }
     });
   }

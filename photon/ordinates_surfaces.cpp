@@ -12,12 +12,14 @@ constexpr double kBeside = 1.1e-4;
 
 void refuse_what_is_not_solved(const World& world, int interval) {
   if (world.periodic()) {
-    throw NumericalError("ordinates", "surfaces among clouds that repeat are not solved by discrete ordinates", "use the path tracer");
+    throw NumericalError("ordinates", "surfaces among clouds that repeat are not solved by discrete ordinates",
+                         "use the path tracer");
   }
   for (std::size_t i = 0; i < world.objects().size(); ++i) {
     const MaterialOptics& material = world.material(interval, {static_cast<std::uint32_t>(i), 0});
     if ((material.specular() > 0 && material.reflects()) || material.permeable() > 0) {
-      throw NumericalError("ordinates", "mirrors and permeable surfaces are not solved by discrete ordinates", "use the path tracer");
+      throw NumericalError("ordinates", "mirrors and permeable surfaces are not solved by discrete ordinates",
+                           "use the path tracer");
     }
   }
 }
@@ -39,7 +41,8 @@ OrdinatesSurfaces::OrdinatesSurfaces(const World& world, int interval, const Ord
     std::vector<std::int32_t>& numbers = faces[static_cast<std::size_t>(axis)];
     Vec3i count = n;
     count[axis] += 1;
-    numbers.assign(static_cast<std::size_t>(count.x) * static_cast<std::size_t>(count.y) * static_cast<std::size_t>(count.z), -1);
+    numbers.assign(
+        static_cast<std::size_t>(count.x) * static_cast<std::size_t>(count.y) * static_cast<std::size_t>(count.z), -1);
     Vec3i face;
     for (face.z = 0; face.z < count.z; ++face.z) {
       for (face.y = 0; face.y < count.y; ++face.y) {
@@ -47,7 +50,8 @@ OrdinatesSurfaces::OrdinatesSurfaces(const World& world, int interval, const Ord
           Vec3d above, below;
           for (int a = 0; a < 3; ++a) above[a] = below[a] = (face[a] + 0.5 + kBeside) * h[a];
           below[axis] -= h[axis];
-          const Vec3d low = transform_point(grid.grid_to_world(), below), high = transform_point(grid.grid_to_world(), above);
+          const Vec3d low = transform_point(grid.grid_to_world(), below),
+                      high = transform_point(grid.grid_to_world(), above);
           const Vec3d up = (high - low).normalized();
           std::array<OrdinatesSide, 2> pair;
           int met = 0;
@@ -83,8 +87,10 @@ OrdinatesSurfaces::OrdinatesSurfaces(const World& world, int interval, const Ord
   }
 }
 
-const OrdinatesSide* OrdinatesSurfaces::nearest(const OrdinatesGrid& grid, const Vec3d& world_point, const Vec3d& world_normal) const noexcept {
-  const Vec3d point = transform_point(grid.world_to_grid(), world_point), normal = transform_direction(grid.world_to_grid(), world_normal);
+const OrdinatesSide* OrdinatesSurfaces::nearest(const OrdinatesGrid& grid, const Vec3d& world_point,
+                                                const Vec3d& world_normal) const noexcept {
+  const Vec3d point = transform_point(grid.world_to_grid(), world_point),
+              normal = transform_direction(grid.world_to_grid(), world_normal);
   const Vec3i n = grid.cells();
   const Vec3d h = grid.cell_m();
   Vec3i middle;

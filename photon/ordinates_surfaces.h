@@ -13,15 +13,15 @@ namespace obscura {
 
 /// One side of an opaque face.
 struct OrdinatesSide {
-  bool inside = true;      ///< false: looks out of the grid, where nothing is solved
+  bool inside = true;  ///< false: looks out of the grid, where nothing is solved
   int axis = 0;
-  Vec3i cell;              ///< that it looks into, or looks out of
+  Vec3i cell;  ///< that it looks into, or looks out of
   FaceId id;
   Vec3d position, normal;  ///< of the true surface, world
   double emission = 0;     ///< W/m2/sr
   double reflectance = 0;
-  double sunlight = 0;     ///< irradiance by sun and moon at first hand, W/m2
-  double reflected = 0;    ///< radiance, once solved
+  double sunlight = 0;   ///< irradiance by sun and moon at first hand, W/m2
+  double reflected = 0;  ///< radiance, once solved
 };
 
 struct OrdinatesSurfaces {
@@ -30,7 +30,8 @@ struct OrdinatesSurfaces {
 
   bool empty() const noexcept { return sides.empty(); }
   /// The opaque face that stands for a place on a surface; null: none is near.
-  const OrdinatesSide* nearest(const OrdinatesGrid& grid, const Vec3d& world_point, const Vec3d& world_normal) const noexcept;
+  const OrdinatesSide* nearest(const OrdinatesGrid& grid, const Vec3d& world_point,
+                               const Vec3d& world_normal) const noexcept;
 
   /// [axis][face]: number of the surface on the lower face of a cell, -1 none; one more than cells along the axis.
   std::array<std::vector<std::int32_t>, 3> faces;

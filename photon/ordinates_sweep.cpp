@@ -9,8 +9,8 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "photon/ordinates_sweep.cpp"
 #include "hwy/foreach_target.h"
-#include "photon/ordinates_kernel-inl.h"
 #include "hwy/highway.h"
+#include "photon/ordinates_kernel-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace obscura::detail::HWY_NAMESPACE {
@@ -83,7 +83,8 @@ void sum_leaving(const RowJob& job, int axis) {
 
 }  // namespace
 
-SweepAngles::SweepAngles(const OrdinateSet& set, int moment_order, const Vec3d& cell_m, const std::array<bool, 3>& uniform) {
+SweepAngles::SweepAngles(const OrdinateSet& set, int moment_order, const Vec3d& cell_m,
+                         const std::array<bool, 3>& uniform) {
   const int real = set.per_octant();
   ordinates = (real + kGroup - 1) / kGroup * kGroup;
   const int harmonics = (moment_order + 1) * (moment_order + 1);
@@ -173,7 +174,8 @@ void sweep(const SweepAngles& angles, const SweepArrays& arrays, SweepScratch& s
       const auto a = static_cast<std::size_t>(axis);
       const std::size_t size = scratch.faces[a].size();
       sum_leaving(job, axis);
-      if (arrays.leave[a]) std::copy_n(job.face[a], size, arrays.leave[a] + static_cast<std::size_t>(job.octant) * size);
+      if (arrays.leave[a])
+        std::copy_n(job.face[a], size, arrays.leave[a] + static_cast<std::size_t>(job.octant) * size);
     }
   }
 }

@@ -17,25 +17,25 @@ inline constexpr int kGroup = 4;
 struct SweepAngles {
   SweepAngles(const OrdinateSet& set, int moment_order, const Vec3d& cell_m, const std::array<bool, 3>& uniform);
 
-  int ordinates;  ///< per octant, padded
-  int moments;    ///< (order + 1)^2, padded to a multiple of kGroup unless it is 1
+  int ordinates;                                    ///< per octant, padded
+  int moments;                                      ///< (order + 1)^2, padded to a multiple of kGroup unless it is 1
   std::array<std::vector<double>, 3> inverse_path;  ///< |cosine| / cell side, 1/m; 0 along uniform axes
   std::array<std::vector<double>, 3> current;       ///< weight times |cosine|
   std::vector<double> weight;
-  std::vector<double> to_ordinate;    ///< [octant][moment][ordinate]: harmonics
-  std::vector<double> to_moment;      ///< [octant][ordinate][moment]: harmonics times weight
+  std::vector<double> to_ordinate;  ///< [octant][moment][ordinate]: harmonics
+  std::vector<double> to_moment;    ///< [octant][ordinate][moment]: harmonics times weight
 };
 
 /// Arrays of one sweep. Cells run x fastest; a cell has 8 corners, bit a of the corner is its upper side
 /// along axis a; moments run fastest.
 struct SweepArrays {
   Vec3i cells;
-  const double* extinction;   ///< [cell], 1/m
-  const std::uint8_t* lumped; ///< [cell], whether its matrices are lumped
-  const double* source;       ///< [cell][corner][moment], W/m3/sr over harmonics
-  double* moments;            ///< [cell][corner][moment], added to
-  double* flux = nullptr;     ///< [cell][axis], W/m2, added to; null: not wanted
-  double sky = 0;             ///< radiance that comes in where nothing else is given
+  const double* extinction;    ///< [cell], 1/m
+  const std::uint8_t* lumped;  ///< [cell], whether its matrices are lumped
+  const double* source;        ///< [cell][corner][moment], W/m3/sr over harmonics
+  double* moments;             ///< [cell][corner][moment], added to
+  double* flux = nullptr;      ///< [cell][axis], W/m2, added to; null: not wanted
+  double sky = 0;              ///< radiance that comes in where nothing else is given
   /// Angular fluxes that enter through the faces across an axis, [octant][row][ordinate group][corner][lane],
   /// and those that leave there; null: the sky enters, what leaves is not kept.
   std::array<const double*, 3> enter{};

@@ -13,7 +13,8 @@ double double_factorial(int n) { return n < 2 ? 1.0 : n * double_factorial(n - 2
 
 /// Integral of x^a y^b z^c over the sphere, even powers.
 double moment(int a, int b, int c) {
-  return 4 * kPi * double_factorial(a - 1) * double_factorial(b - 1) * double_factorial(c - 1) / double_factorial(a + b + c + 1);
+  return 4 * kPi * double_factorial(a - 1) * double_factorial(b - 1) * double_factorial(c - 1) /
+         double_factorial(a + b + c + 1);
 }
 
 double sum(const OrdinateSet& set, int a, int b, int c) {
@@ -25,7 +26,8 @@ double sum(const OrdinateSet& set, int a, int b, int c) {
   return result;
 }
 
-constexpr AngularQuadrature kAll[] = {AngularQuadrature::product, AngularQuadrature::double_gauss, AngularQuadrature::level_symmetric};
+constexpr AngularQuadrature kAll[] = {AngularQuadrature::product, AngularQuadrature::double_gauss,
+                                      AngularQuadrature::level_symmetric};
 
 }  // namespace
 
@@ -53,7 +55,9 @@ TEST_CASE("polynomials are integrated exactly up to each quadrature's degree", "
     for (const int order : {4, 8, 12, 16, 20, 32}) {
       const OrdinateSet set(kind, order);
       // Gauss-Legendre reaches 2 N - 1, each hemisphere by itself and level-symmetric sets about N.
-      const int degree = kind == AngularQuadrature::product ? 2 * order - 2 : kind == AngularQuadrature::double_gauss ? order - 2 : order - 2;
+      const int degree = kind == AngularQuadrature::product        ? 2 * order - 2
+                         : kind == AngularQuadrature::double_gauss ? order - 2
+                                                                   : order - 2;
       for (int a = 0; a <= degree; a += 2) {
         for (int b = 0; a + b <= degree; b += 2) {
           for (int c = 0; a + b + c <= degree; c += 2) {
@@ -68,11 +72,13 @@ TEST_CASE("polynomials are integrated exactly up to each quadrature's degree", "
   }
 }
 
-TEST_CASE("first moments of hemispheres are exact about z in double Gauss sets, and near pi elsewhere", "[ordinates][quadrature]") {
+TEST_CASE("first moments of hemispheres are exact about z in double Gauss sets, and near pi elsewhere",
+          "[ordinates][quadrature]") {
   for (const int order : {4, 8, 16, 32}) {
     CHECK(std::abs(OrdinateSet(AngularQuadrature::double_gauss, order).half_flux(2) - kPi) < 1e-12);
     for (const AngularQuadrature kind : kAll) {
-      for (int axis = 0; axis < 3; ++axis) CHECK(std::abs(OrdinateSet(kind, order).half_flux(axis) / kPi - 1) < 0.8 / order);
+      for (int axis = 0; axis < 3; ++axis)
+        CHECK(std::abs(OrdinateSet(kind, order).half_flux(axis) / kPi - 1) < 0.8 / order);
     }
   }
 }
@@ -115,7 +121,8 @@ TEST_CASE("harmonics are orthonormal and add up to Legendre's polynomials", "[or
   spherical_harmonics(b, kOrder, other.data());
   for (int l = 0; l <= kOrder; ++l) {
     double added = 0;
-    for (int m = l * l; m < (l + 1) * (l + 1); ++m) added += y[static_cast<std::size_t>(m)] * other[static_cast<std::size_t>(m)];
+    for (int m = l * l; m < (l + 1) * (l + 1); ++m)
+      added += y[static_cast<std::size_t>(m)] * other[static_cast<std::size_t>(m)];
     CHECK(4 * kPi / (2 * l + 1) * added == Approx(std::legendre(static_cast<unsigned>(l), a.dot(b))).margin(1e-13));
   }
 }

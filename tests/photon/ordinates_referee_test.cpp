@@ -14,7 +14,8 @@ namespace {
 std::string table(const std::string& name) { return std::string(OBSCURA_TEST_DATA_DIR) + "/reference/" + name; }
 
 /// Within twice the stated error, which is small enough to say something.
-void check(const std::string& what, const OrdinatesEstimate& estimate, double reference, double reference_error, double resolution) {
+void check(const std::string& what, const OrdinatesEstimate& estimate, double reference, double reference_error,
+           double resolution) {
   INFO(what << ": " << estimate.value << " +- " << estimate.error << " against " << reference);
   CHECK(std::abs(estimate.value - reference) < 2 * std::hypot(estimate.error, reference_error));
   CHECK(estimate.error < resolution * reference);
@@ -61,10 +62,13 @@ TEST_CASE("slabs are within the error that the referee states", "[ordinates][ref
     settings.cells = Vec3i(1, 1, tau > 2 ? 64 : 32);
     settings.order = 12;
     const OrdinatesReferee referee(world, 0, settings);
-    const auto share = [&](OrdinatesEstimate e) { return OrdinatesEstimate{e.value / (64 * mu0), e.error / (64 * mu0)}; };
+    const auto share = [&](OrdinatesEstimate e) {
+      return OrdinatesEstimate{e.value / (64 * mu0), e.error / (64 * mu0)};
+    };
     const std::string what = "tau " + std::to_string(tau) + " albedo " + std::to_string(albedo);
     check(what + " R", share(referee.left(2, 1)), d1.number(row, "R"), 0, 0.015);
-    if (d1.number(row, "T_diffuse") > 1e-6) check(what + " T", share(referee.left(2, 0)), d1.number(row, "T_diffuse"), 0, 0.03);
+    if (d1.number(row, "T_diffuse") > 1e-6)
+      check(what + " T", share(referee.left(2, 0)), d1.number(row, "T_diffuse"), 0, 0.03);
     if (albedo < 1) check(what + " A", share(referee.absorbed()), d1.number(row, "A"), 0, 0.015);
     ++compared;
   }

@@ -1,8 +1,9 @@
 // Discrete ordinates against exact values, conservation and themselves.
 #include "photon/ordinates.h"
 
-#include <catch2/catch.hpp>
 #include <oneapi/tbb/global_control.h>
+
+#include <catch2/catch.hpp>
 
 #include "octree/base/error.h"
 #include "tests/support/csv.h"
@@ -36,7 +37,8 @@ SlabShares slab_shares(const SlabWish& slab, const OrdinatesSettings& settings) 
   const OrdinatesSolution solution = solve_ordinates(world, 0, settings);
   const OrdinatesPowers& powers = solution.powers();
   const double in = 64 * (slab.mu0 > 0 ? slab.mu0 : slab.sky > 0 ? kPi : 1.0);
-  return {powers.left[2][1] / in, powers.left[2][0] / in, (powers.absorbed + powers.first_absorbed) / in, solution.iterations(), powers.residual()};
+  return {powers.left[2][1] / in, powers.left[2][0] / in, (powers.absorbed + powers.first_absorbed) / in,
+          solution.iterations(), powers.residual()};
 }
 
 World cube(const CloudWish& wish, double sky, double sun = 0) {
@@ -67,7 +69,8 @@ TEST_CASE("slabs that scatter alike everywhere reflect and transmit what they sh
 TEST_CASE("slabs that scatter forward reflect and transmit what they should", "[ordinates][slab]") {
   const Csv d2(table("d2_slab_hg_flux.csv"));
   for (std::size_t row = 0; row < d2.size(); ++row) {
-    const double g = d2.number(row, "g"), tau = d2.number(row, "tau"), albedo = d2.number(row, "w"), mu0 = d2.number(row, "mu0");
+    const double g = d2.number(row, "g"), tau = d2.number(row, "tau"), albedo = d2.number(row, "w"),
+                 mu0 = d2.number(row, "mu0");
     const bool rayleigh = d2.text(row, "phase") == "rayleigh";
     const PhaseFunction phase = rayleigh ? PhaseFunction::rayleigh() : PhaseFunction::henyey_greenstein(g);
     const SlabShares shares = slab_shares({{{tau, albedo, phase}}, mu0}, slab_settings(24, 16));
@@ -83,7 +86,8 @@ TEST_CASE("layers of different clouds add up", "[ordinates][slab]") {
   const Csv d7(table("d7_two_layer_slab.csv"));
   for (std::size_t row = 0; row < d7.size(); ++row) {
     SlabWish slab;
-    const std::vector<double> tau = d7.numbers(row, "tau_list"), albedo = d7.numbers(row, "w_list"), g = d7.numbers(row, "g_list");
+    const std::vector<double> tau = d7.numbers(row, "tau_list"), albedo = d7.numbers(row, "w_list"),
+                              g = d7.numbers(row, "g_list");
     for (std::size_t i = 0; i < tau.size(); ++i) {
       slab.layers.push_back({tau[i], albedo[i], g[i] != 0 ? PhaseFunction::henyey_greenstein(g[i]) : PhaseFunction()});
     }
@@ -102,7 +106,8 @@ TEST_CASE("isothermal slabs emit what they absorb", "[ordinates][slab]") {
   for (std::size_t row = 0; row < d3.size(); ++row) {
     if (d3.number(row, "B_top") != d3.number(row, "B_bot")) continue;
     const double g = d3.number(row, "g");
-    SlabWish slab{{{d3.number(row, "tau"), d3.number(row, "w"), g > 0 ? PhaseFunction::henyey_greenstein(g) : PhaseFunction()}}};
+    SlabWish slab{
+        {{d3.number(row, "tau"), d3.number(row, "w"), g > 0 ? PhaseFunction::henyey_greenstein(g) : PhaseFunction()}}};
     slab.source = 1;
     const World world(slab_contents(slab));
     const OrdinatesSolution solution = solve_ordinates(world, 0, slab_settings(g > 0 ? 48 : 200, 16));
@@ -120,11 +125,13 @@ TEST_CASE("isothermal slabs emit what they absorb", "[ordinates][slab]") {
 
 TEST_CASE("radiance along rays is that of the slab", "[ordinates][slab][radiance]") {
   const Csv d1(table("d1_slab_isotropic_intensity.csv"));
-  const auto check = [](const Csv& csv, std::size_t row, const OrdinatesSolution& solution, double phi, double tolerance) {
+  const auto check = [](const Csv& csv, std::size_t row, const OrdinatesSolution& solution, double phi,
+                        double tolerance) {
     const double mu = csv.number(row, "mu"), sine = std::sqrt(1 - mu * mu);
     // The light travels the other way; the sun's goes along +x.
     const Vec3d across(sine * std::cos(phi), sine * std::sin(phi), 0);
-    const Ray rays[2] = {{Vec3d(4, 4, 12), -across - Vec3d(0, 0, mu), 0, kInfinity}, {Vec3d(4, 4, -4), -across + Vec3d(0, 0, mu), 0, kInfinity}};
+    const Ray rays[2] = {{Vec3d(4, 4, 12), -across - Vec3d(0, 0, mu), 0, kInfinity},
+                         {Vec3d(4, 4, -4), -across + Vec3d(0, 0, mu), 0, kInfinity}};
     Incoming in[2];
     solution.radiance(rays, in);
     INFO("mu " << mu << " phi " << phi);
@@ -134,7 +141,9 @@ TEST_CASE("radiance along rays is that of the slab", "[ordinates][slab][radiance
   for (std::size_t row = 0; row < d1.size();) {
     const double tau = d1.number(row, "tau"), albedo = d1.number(row, "w"), mu0 = d1.number(row, "mu0");
     std::size_t end = row;
-    while (end < d1.size() && d1.number(end, "tau") == tau && d1.number(end, "w") == albedo && d1.number(end, "mu0") == mu0) ++end;
+    while (end < d1.size() && d1.number(end, "tau") == tau && d1.number(end, "w") == albedo &&
+           d1.number(end, "mu0") == mu0)
+      ++end;
     if (mu0 == 0.5 && tau <= 10) {
       const World world(slab_contents({{{tau, albedo, {}}}, mu0}));
       const OrdinatesSolution solution = solve_ordinates(world, 0, slab_settings(32, 16));
@@ -148,7 +157,9 @@ TEST_CASE("radiance along rays is that of the slab", "[ordinates][slab][radiance
   const OrdinatesSolution solution = solve_ordinates(world, 0, slab_settings(16, 16));
   int compared = 0;
   for (std::size_t row = 0; row < d2.size(); ++row) {
-    if (d2.text(row, "phase") != "hg" || d2.number(row, "g") != 0.75 || d2.number(row, "tau") != 2 || d2.number(row, "w") != 0.9 || d2.number(row, "mu0") != 0.5) continue;
+    if (d2.text(row, "phase") != "hg" || d2.number(row, "g") != 0.75 || d2.number(row, "tau") != 2 ||
+        d2.number(row, "w") != 0.9 || d2.number(row, "mu0") != 0.5)
+      continue;
     check(d2, row, solution, d2.number(row, "phi_deg") * kPi / 180, 1e-2);
     ++compared;
   }
@@ -166,7 +177,8 @@ TEST_CASE("thick slabs that absorb nothing diffuse, in thick cells too", "[ordin
     CHECK(shares.down == Approx(d5.number(row, "T_asymptotic")).epsilon(1e-2));
     CHECK(shares.sweeps < 40);
     if (tau > 100) continue;
-    CHECK(slab_shares({{{tau, 1, {}}}, mu0}, slab_settings(800, 16)).down == Approx(d5.number(row, "T_asymptotic")).epsilon(1e-4));
+    CHECK(slab_shares({{{tau, 1, {}}}, mu0}, slab_settings(800, 16)).down ==
+          Approx(d5.number(row, "T_asymptotic")).epsilon(1e-4));
   }
 }
 
@@ -191,7 +203,10 @@ TEST_CASE("what is absorbed is right when it is a billionth", "[ordinates][slab]
     const double albedo = 1 - h3.number(row, "one_minus_w");
     // The albedo is a double: what it leaves of 1e-12 has four digits.
     const double exact = (1 - albedo) * h3.number(row, "mean_collisions");
-    const SlabShares shares = slab_shares({{{tau, albedo, phase}}, mu0}, slab_settings(g > 0 ? 24 : tau > 20 ? 400 : 64, g > 0 ? 12 : 16));
+    const SlabShares shares = slab_shares({{{tau, albedo, phase}}, mu0}, slab_settings(g > 0      ? 24
+                                                                                       : tau > 20 ? 400
+                                                                                                  : 64,
+                                                                                       g > 0 ? 12 : 16));
     INFO("g " << g << " tau " << tau << " 1 - w " << h3.number(row, "one_minus_w"));
     CHECK(shares.absorbed == Approx(exact).epsilon(1.5e-3));
   }
@@ -285,8 +300,9 @@ TEST_CASE("in a furnace surfaces are black too, whatever they reflect", "[ordina
   settings.cells = Vec3i(8);
   settings.order = 4;
   const OrdinatesSolution solution = solve_ordinates(world, 0, settings);
-  for (const Ray& ray : {Ray{Vec3d(-3, 0.4, 0.3), Vec3d(0.9, 0.3, 0.2).normalized()}, Ray{Vec3d(1.5, 1.4, 5), Vec3d(0, 0, -1)},
-                         Ray{Vec3d(0.2, 0.2, 5), Vec3d(0.1, 0, -1).normalized()}}) {
+  for (const Ray& ray :
+       {Ray{Vec3d(-3, 0.4, 0.3), Vec3d(0.9, 0.3, 0.2).normalized()}, Ray{Vec3d(1.5, 1.4, 5), Vec3d(0, 0, -1)},
+        Ray{Vec3d(0.2, 0.2, 5), Vec3d(0.1, 0, -1).normalized()}}) {
     Incoming in;
     solution.radiance({&ray, 1}, {&in, 1});
     CHECK(in.direct == Approx(2).epsilon(1e-5));
@@ -396,7 +412,8 @@ TEST_CASE("fluence far away through voids is that of the published benchmark", "
   CHECK(solution.powers().emitted == Approx(8000).epsilon(1e-9));
   for (std::size_t row = 0; row < e5.size(); ++row) {
     if (e5.number(row, "problem") != 1 || e5.text(row, "case") != "i" || row % 5 != 0) continue;
-    const OrdinatesEstimate fluence = solution.fluence_at(Vec3d(e5.number(row, "x"), e5.number(row, "y"), e5.number(row, "z")));
+    const OrdinatesEstimate fluence =
+        solution.fluence_at(Vec3d(e5.number(row, "x"), e5.number(row, "y"), e5.number(row, "z")));
     INFO("row " << row << " value " << fluence.value << " error " << fluence.error);
     CHECK(fluence.value == Approx(e5.number(row, "flux")).epsilon(1e-3));
     CHECK(std::abs(fluence.value - e5.number(row, "flux")) < 3 * fluence.error);
