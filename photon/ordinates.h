@@ -93,7 +93,7 @@ class OrdinatesSolution {
   std::shared_ptr<const Data> data_;
 };
 
-/// @throws InputError      nothing to put a grid on, or an order that does not exist
+/// @throws InputError      a box without volume, or an order that does not exist
 /// @throws ResourceError   memory above the limit
 /// @throws NumericalError  hot spheres or mirrors in the World; no convergence
 OrdinatesSolution solve_ordinates(const World& world, int interval, const OrdinatesSettings& settings,

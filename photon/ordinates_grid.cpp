@@ -13,9 +13,6 @@ OrdinatesGrid::OrdinatesGrid(const World& world, int interval, Vec3i cells, cons
   if (box && world.periodic()) {
     throw InputError("ordinates", "a box is given for clouds that repeat", "leave the box out: the grid is one period");
   }
-  if (!box && world.cloud_bounds().isEmpty()) {
-    throw InputError("ordinates", "there is no cloud to put a grid on", "add a cloud or give a box");
-  }
   make_frame(box);
   choose_cells(cells);
   find_phases();
@@ -27,7 +24,7 @@ void OrdinatesGrid::make_frame(const std::optional<Box3d>& box) {
   // Axes: those of the only cloud, else of the map, which are the periodic cell's or the World's.
   Affine axes = world.map_to_world();
   Box3d bounds;
-  const bool one = world.cloud_count() == 1 && !box;
+  const bool one = world.cloud_count() == 1 && !box && !world.frame(0).local_bounds.isEmpty();
   if (one) {
     const Cloud& cloud = world.clouds().front();
     double scale = 1;
@@ -46,7 +43,9 @@ void OrdinatesGrid::make_frame(const std::optional<Box3d>& box) {
       voxel_m_[a] = 1 / (transform_direction(cloud.octree->local_to_index(), unit / (scale * scale)).length());
     }
   } else {
-    const Box3d in_world = box ? *box : world.cloud_bounds();
+    // Where there is no cloud any grid is right.
+    const Box3d nothing(world.origin() - Vec3d(0.5), world.origin() + Vec3d(0.5));
+    const Box3d in_world = box ? *box : world.cloud_bounds().isEmpty() ? nothing : world.cloud_bounds();
     if (box) {
       axes.makeIdentity();
       axes.setTranslation(box->min);
@@ -79,7 +78,12 @@ void OrdinatesGrid::choose_cells(Vec3i cells) {
       if (voxel_m_[a] > 0) {
         const int voxels = std::max(1, static_cast<int>(std::lround(size[a] / voxel_m_[a])));
         if (voxels <= cells[a]) cells[a] = voxels;
-        while (cells[a] > 1 && voxels % cells[a] != 0 && 3 * cells[a] > 2 * std::min(voxels, 32)) --cells[a];
+        const int most = cells[a];
+        for (int fewer = most; 2 * fewer > most; --fewer) {
+          if (voxels % fewer != 0) continue;
+          cells[a] = fewer;
+          break;
+        }
       }
     }
     cell_m_[a] = size[a] / cells[a];

@@ -18,7 +18,7 @@ class OrdinatesGrid {
   /// @param cells 0 along an axis: chosen, at most 32 on the longest side
   /// @param box   in world metres, for Worlds that do not repeat; absent: the bounds of the clouds
   /// @param lines sub-lines per cell and axis along which coefficients are averaged
-  /// @throws InputError where there is nothing to put a grid on
+  /// @throws InputError for a box without volume, or a box where clouds repeat
   OrdinatesGrid(const World& world, int interval, Vec3i cells, const std::optional<Box3d>& box, int lines = 4);
 
   const Vec3i& cells() const noexcept { return cells_; }

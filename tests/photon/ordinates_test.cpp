@@ -420,6 +420,43 @@ TEST_CASE("fluence far away through voids is that of the published benchmark", "
   }
 }
 
+TEST_CASE("an empty cloud changes nothing, and a World without clouds has its sky", "[ordinates]") {
+  CloudWish wish;
+  wish.density = [](const Vec3i&) { return 0.0; };
+  OrdinatesSettings settings;
+  settings.order = 2;
+  for (const bool cloud : {true, false}) {
+    WorldContents contents = grey_contents(wish, 3);
+    if (!cloud) contents.clouds.clear();
+    const World world(std::move(contents));
+    const OrdinatesSolution solution = solve_ordinates(world, 0, settings);
+    const Ray ray{Vec3d(8, -5, 8), Vec3d(0, 1, 0)};
+    Incoming in;
+    solution.radiance({&ray, 1}, {&in, 1});
+    CHECK(in.direct == 3);
+    CHECK(in.transmission == 1);
+    CHECK(solution.fluence_at(Vec3d(1, 2, 3)).value == Approx(12 * kPi).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("the grid has whole voxels in its cells where it can, and reproduces them", "[ordinates][grid]") {
+  CloudWish wish;
+  wish.voxels = Vec3i(40, 20, 10);
+  wish.extinction = 2;
+  wish.albedo = 0.25;
+  wish.source = 3;
+  wish.density = [](const Vec3i& v) { return voxel_noise(3, Vec3i(v.x / 2, v.y / 2, v.z / 2)); };
+  const World world = cube(wish, 0);
+  const OrdinatesGrid grid(world, 0, Vec3i(0), std::nullopt);
+  CHECK(grid.cells() == Vec3i(20, 10, 5));
+  for (std::size_t cell = 0; cell < grid.size(); ++cell) {
+    const double extinction = 2 * static_cast<double>(static_cast<float>(voxel_noise(3, grid.cell_at(cell))));
+    REQUIRE(grid.extinction[cell] == Approx(extinction).epsilon(1e-12));
+    REQUIRE(grid.scattering[cell] == Approx(0.25 * extinction).epsilon(1e-12));
+    REQUIRE(grid.emission[cell] == Approx(0.75 * 3 * extinction).epsilon(1e-12));
+  }
+}
+
 TEST_CASE("too much memory and what cannot be solved are refused by name", "[ordinates][errors]") {
   CloudWish wish;
   OrdinatesSettings settings;
