@@ -8,8 +8,10 @@
 
 #include "octree/base/error.h"
 #include "photon/fluence.h"
+#include "photon/ordinates_referee.h"
 #include "photon/path_tracer.h"
 #include "scene/session.h"
+#include "sensor/render.h"
 
 namespace obscura {
 namespace {
@@ -17,9 +19,15 @@ namespace {
 /// Directions of a probe, and paths a side of a rectangle, in one pass.
 constexpr int kProbeDirections = 2048;
 constexpr int kFluxPaths = 16384;
+/// Rays of a pixel for the ordinates, whose radiance has no noise: they average over the pixel.
+constexpr int kOrdinatesRays = 4;
+/// What the ordinates call their error is about one standard error; a difference of twice of it is no difference.
+constexpr double kOrdinatesAllowance = 2;
+/// Most cells along an axis.
+constexpr int kMostCells = 32;
 /// Resolutions of parts of the picture and of single points and rectangles, in units of that of its mean.
 constexpr double kCoarserPart = 1.5;
-constexpr double kCoarserPoint = 3;
+constexpr double kCoarserPoint = 4;
 
 std::size_t index_of(Referee method) noexcept { return static_cast<std::size_t>(method); }
 
@@ -179,6 +187,86 @@ void run_random(Session& session, Referee method, const VerifySettings& settings
                                                       render.photons, render.nearest, gather, rays);
 }
 
+/// Whether all cells of a grid are the same along an axis.
+bool same_along(const OrdinatesGrid& grid, int axis) {
+  for (std::size_t i = 0; i < grid.size(); ++i) {
+    Vec3i first = grid.cell_at(i);
+    first[axis] = 0;
+    const std::size_t j = grid.index(first);
+    const auto same = [&](const std::vector<double>& values) { return std::abs(values[i] - values[j]) <= 1e-9 * std::abs(values[j]); };
+    if (!same(grid.extinction) || !same(grid.scattering) || !same(grid.emission)) return false;
+  }
+  return true;
+}
+
+/// Cells of the finest grid: one where a World that repeats does not vary (told by a prime number of cells), else
+/// as the ordinates choose them, in halves where there is room, so that the coarse grid of their own error holds
+/// the voxels too.
+Vec3i cells_of(const World& world) {
+  Vec3i wish(0);
+  if (world.periodic()) {
+    const OrdinatesGrid trial(world, 0, Vec3i(13, 13, 0), std::nullopt, 2);
+    for (int axis = 0; axis < 2; ++axis) wish[axis] = trial.periodic(axis) && same_along(trial, axis) ? 1 : 0;
+  }
+  Vec3i cells = OrdinatesGrid(world, 0, wish, std::nullopt, 1).cells();
+  if (2 * std::max({cells.x, cells.y, cells.z}) > kMostCells) return cells;
+  for (int axis = 0; axis < 3; ++axis) cells[axis] *= cells[axis] > 1 ? 2 : 1;
+  return cells;
+}
+
+void run_ordinates(const Session& session, const VerifySettings& settings, const Progress& progress, VerifyMethod& result) {
+  const World& world = session.world();
+  const Description& scene = session.scene();
+  const std::string stage = scene.name + ": " + name_of(Referee::ordinates);
+  const auto parts = static_cast<std::uint64_t>(world.interval_count()) + 1;
+  OrdinatesSettings fine;
+  fine.cells = cells_of(world);
+  std::vector<OrdinatesReferee> solved;
+  for (int i = 0; i < world.interval_count(); ++i) {
+    if (progress.cancelled()) return;
+    solved.emplace_back(world, i, fine, progress.part(stage, static_cast<std::uint64_t>(i), parts));
+  }
+
+  const Estimator by_ordinates = [&](int interval, std::span<const Ray> rays, std::span<const std::uint64_t>, std::span<Incoming> incoming) {
+    std::vector<OrdinatesEstimate> estimates(rays.size());
+    solved[static_cast<std::size_t>(interval)].radiance(rays, estimates, incoming);
+    for (std::size_t r = 0; r < rays.size(); ++r) {
+      incoming[r].direct = estimates[r].value;
+      incoming[r].bias = kOrdinatesAllowance * estimates[r].error;
+    }
+    RadianceCounts counts;
+    counts.rays = rays.size();
+    return counts;
+  };
+  SamplerSettings sampling;
+  sampling.max_oversampling = std::min(kOrdinatesRays, scene.sensor.max_oversampling);
+  sampling.seed = seed_of(settings, Referee::ordinates, 0);
+  const Film film = render(world, by_ordinates, Camera(session.plan().camera), sampling, progress.part(stage, parts - 1, parts)).film;
+
+  for (std::size_t b = 0; b < scene.bands.size(); ++b) {
+    const int band = static_cast<int>(b);
+    add_means(film, band, false, result.values);
+    for (const ProbeDescription& probe : scene.probes) {
+      if (progress.cancelled()) return;
+      Measured sum;
+      for (int i = 0; i < world.interval_count(); ++i) {
+        if (world.interval(i).band != band) continue;
+        const OrdinatesEstimate here = solved[static_cast<std::size_t>(i)].fluence_at(probe.position_m);
+        sum.value += here.value;
+        sum.bias += kOrdinatesAllowance * here.error;
+      }
+      result.values.emplace_back(sum);
+    }
+    for (std::size_t r = 0; r < session.rectangles().size(); ++r) result.values.insert(result.values.end(), 2, std::nullopt);
+    result.pictures.push_back(picture_of(film, band));
+  }
+  const Vec3i& cells = solved.front().finest().grid().cells();
+  int sweeps = 0;
+  for (const OrdinatesReferee& interval : solved) sweeps = std::max(sweeps, interval.finest().iterations());
+  result.what = fmt::format("{} x {} x {} cells, S{}, {} sweeps, and half of both; {} rays a pixel", cells.x, cells.y, cells.z,
+                            fine.order, sweeps, sampling.max_oversampling);
+}
+
 void compare(const VerifySettings& settings, VerifiedScene& result) {
   const auto each_pair = [](const auto& visit) {
     for (std::size_t a = 0; a < kReferees.size(); ++a) {
@@ -215,11 +303,19 @@ VerifyMethod run_method(Session& session, Referee method, const VerifySettings& 
   const auto begin = std::chrono::steady_clock::now();
   try {
     if (method == Referee::ordinates) {
-      result.refusal = "not available yet";
+      run_ordinates(session, settings, progress, result);
     } else {
       run_random(session, method, settings, progress, result);
     }
   } catch (const NumericalError& error) {
+    result = {};
+    result.refusal = error.what();
+  } catch (const InputError& error) {
+    // The scene has been built: what is wrong is wrong for this method.
+    result = {};
+    result.refusal = error.what();
+  } catch (const ResourceError& error) {
+    if (method != Referee::ordinates) throw;
     result = {};
     result.refusal = error.what();
   }

@@ -40,8 +40,8 @@ std::vector<Shape> shapes() {
     return fmt::format(R"(, "periodic": ["x", "y"], "period_m": [{0}, {0}], "place": {{"translate_m": {1}}})", period, place);
   };
   return {
-      {"sphere", "a homogeneous sphere of optical diameter 5 in voxels of an eighth of its radius",
-       cloud("sphere", R"({"shape": "sphere", "radius_m": 1, "voxel_m": 0.125})", "2.5"), kFiniteView, kFinitePlaces},
+      {"sphere", "a homogeneous sphere of optical diameter 5 in voxels of a sixth of its radius",
+       cloud("sphere", R"({"shape": "sphere", "radius_m": 0.9, "voxel_m": 0.15})", "2.8"), kFiniteView, kFinitePlaces},
       {"cube", "a homogeneous cube of optical depth 6",
        cloud("cube", R"({"shape": "box", "size_m": [1.5, 1.5, 1.5], "voxel_m": 0.125})", "4"), kFiniteView, kFinitePlaces},
       {"slab", "a homogeneous layer without end, of optical depth 3",
@@ -51,18 +51,18 @@ std::vector<Shape> shapes() {
            cloud("thick", R"({"shape": "box", "size_m": [1, 1, 0.5], "voxel_m": 0.125})", "10", placed("[0, 0, -0.25]", 1)),
        kSlabView, kSlabPlaces},
       {"checkerboard", "cubes of optical depth 4 and voids of the same size in turn, without end",
-       cloud("white", R"({"shape": "box", "size_m": [1, 1, 1], "voxel_m": 0.125})", "4", placed("[0.5, 0.5, 0]", 2)) + ",\n    " +
-           cloud("black", R"({"shape": "box", "size_m": [1, 1, 1], "voxel_m": 0.125})", "4", placed("[-0.5, -0.5, 0]", 2)),
+       cloud("white", R"({"shape": "box", "size_m": [1, 1, 1], "voxel_m": 0.25})", "4", placed("[0.5, 0.5, 0]", 2)) + ",\n    " +
+           cloud("black", R"({"shape": "box", "size_m": [1, 1, 1], "voxel_m": 0.25})", "4", placed("[-0.5, -0.5, 0]", 2)),
        kSlabView,
        R"("probes": [{"name": "cube", "position_m": [0.53, 0.52, 0.05]}, {"name": "void", "position_m": [0.47, -0.52, 0.05]}],
   "flux": [{"name": "below", "center_m": [0, 0, -1.3], "normal": [0, 0, -1], "size_m": [2, 2]}])"},
       {"gaussian", "a cloud whose density falls off as a bell, optical depth 5 through its middle",
-       cloud("bell", R"({"shape": "gaussian", "sigma_m": 0.4, "size_m": [2, 2, 2], "voxel_m": 0.125})", "5"), kFiniteView,
+       cloud("bell", R"({"shape": "gaussian", "sigma_m": 0.4, "size_m": [1.8, 1.8, 1.8], "voxel_m": 0.15})", "5"), kFiniteView,
        kFinitePlaces},
       {"puffs", "young smoke of two sources, torn by turbulence, with its own temperatures",
        R"({"name": "smoke", "puffs": {"sources": [{"position_m": [-1.5, 0, 0.2], "mass_g": 40, "burn_s": 6, "K": 420},
       {"position_m": [0, 0.8, 0.2], "mass_g": 40, "burn_s": 6, "K": 380}],
-      "wind_m_s": [0.5, 0.1, 0], "turbulence": 0.4, "age_s": 5, "voxel_m": 0.25, "seed": 5},
+      "wind_m_s": [0.5, 0.1, 0], "turbulence": 0.4, "age_s": 5, "voxel_m": 0.5, "seed": 5},
       "media": [{"extinction": 0.6, MEDIUM}], PUFFSHINE})",
        R"("position_m": [0, -16, 3], "look_at_m": [0, 0.5, 1.6], "fov_deg": 22)",
        R"("probes": [{"name": "inside", "position_m": [0.5, 0.6, 1.5]}, {"name": "beside", "position_m": [0.1, -2, 1]}],

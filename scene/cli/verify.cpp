@@ -132,6 +132,7 @@ int verify(const VerifyArguments& a) {
     failures += scene.failures().size();
     comparisons += scene.comparisons();
   }
+  std::fflush(stdout);
   const bool stopped = scenes.size() < jobs.size() || console.progress().cancelled();
   if (!a.json && failures == 0 && !stopped) {
     fmt::print("all agree: {} comparisons in {} scene{}, {}\n", comparisons, scenes.size(), scenes.size() == 1 ? "" : "s",
