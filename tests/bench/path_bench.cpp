@@ -1,5 +1,6 @@
-// The path tracer against a plain delta tracker with one global majorant, on the same cloud and camera, one
-// thread: mean squared error times time, for sun and sky. Both are unbiased; the means are printed beside.
+// The path tracer against delta trackers with one global majorant, on the same cloud and camera, one thread:
+// mean squared error times time, for sun and sky. Plain: absorption and shadows by chance, as Woodcock's method
+// has them. Weighted: ratio tracking, survival weights and roulette. All are unbiased; the means are printed.
 #include <nanovdb/NanoVDB.h>
 #include <nanovdb/util/OpenToNanoVDB.h>
 
@@ -39,8 +40,9 @@ struct Random {
   }
 };
 
-/// Woodcock tracking for flights, ratio tracking for shadow rays (Novak et al., 2014), survival weights with
-/// roulette, the sky where a path escapes.
+/// Woodcock tracking for flights; the sky where a path escapes. Weighted: ratio tracking for shadow rays (Novak et
+/// al., 2014), survival weights with roulette.
+template <bool weighted>
 class DeltaTracker {
  public:
   DeltaTracker(const nanovdb::NanoGrid<float>& grid, double extinction, const Vec3d& toward_sun)
@@ -64,9 +66,13 @@ class DeltaTracker {
         k = at(x + t * d);
       } while (random() * majorant_ >= k);
       x += t * d;
-      weight *= kAlbedo;
+      if constexpr (weighted) {
+        weight *= kAlbedo;
+      } else {
+        if (random() >= kAlbedo) return sum;
+      }
       sum += weight * phase_.value(d.dot(toward_)) * kSun * transmission(x, random);
-      if (weight < 0.1) {
+      if (weighted && weight < 0.1) {
         if (random() >= weight / 0.1) return sum;
         weight = 0.1;
       }
@@ -94,7 +100,12 @@ class DeltaTracker {
     for (;;) {
       t -= std::log(random()) / majorant_;
       if (t >= exit) return through;
-      through *= 1 - at(x + t * toward_) / majorant_;
+      const double k = at(x + t * toward_);
+      if constexpr (!weighted) {
+        if (random() * majorant_ < k) return 0;
+        continue;
+      }
+      through *= 1 - k / majorant_;
       if (through < 0.1) {
         if (random() >= through / 0.1) return 0;
         through = 0.1;
@@ -114,6 +125,17 @@ class DeltaTracker {
 struct Repeats {
   std::vector<std::vector<double>> images;
   double seconds = 0;
+
+  /// Another image: what comes before its rays, then ray by ray.
+  template <class Before, class Value>
+  void add(Before&& before, Value&& value, std::size_t rays) {
+    auto& image = images.emplace_back(kSide * kSide);
+    const double start = now();
+    before();
+    for (std::size_t r = 0; r < rays; ++r) image[r / kRays] += value(r) / kRays;
+    seconds += (now() - start) / kRepeats;
+  }
+  double cost() const { return squared_error() * seconds; }
 
   double mean() const {
     double sum = 0;
@@ -173,9 +195,10 @@ void compare(const char* name, const openvdb::FloatGrid::Ptr& grid, double depth
   settings.resolution = {kSide, kSide};
   const Camera camera(settings);
 
-  Repeats ours, theirs;
+  Repeats ours, plain, weighted;
   const auto handle = nanovdb::openToNanoVDB(*grid);
-  const DeltaTracker tracker(*handle.grid<float>(), extinction, toward);
+  const DeltaTracker<false> plain_tracker(*handle.grid<float>(), extinction, toward);
+  const DeltaTracker<true> weighted_tracker(*handle.grid<float>(), extinction, toward);
   for (int repeat = 0; repeat < kRepeats; ++repeat) {
     const Sampler sampler(camera, {kRays, static_cast<std::uint64_t>(repeat + 1), 0});
     std::vector<Ray> rays;
@@ -187,32 +210,33 @@ void compare(const char* name, const openvdb::FloatGrid::Ptr& grid, double depth
         histories.push_back(ray->history);
       }
     }
-    auto& image = ours.images.emplace_back(kSide * kSide);
     PathSettings paths;
     paths.paths = 2;
     paths.seed = static_cast<std::uint64_t>(repeat + 1);
     std::vector<Incoming> incoming(rays.size());
-    double start = now();
-    path_radiance(world, 0, paths, rays, histories, incoming);
-    for (std::size_t r = 0; r < rays.size(); ++r) image[r / kRays] += incoming[r].total() / kRays;
-    ours.seconds += (now() - start) / kRepeats;
-
-    auto& other = theirs.images.emplace_back(kSide * kSide);
-    Random random{static_cast<std::uint64_t>(repeat) << 32};
-    start = now();
-    for (std::size_t r = 0; r < rays.size(); ++r) other[r / kRays] += tracker.radiance(rays[r].origin, rays[r].direction, random) / kRays;
-    theirs.seconds += (now() - start) / kRepeats;
+    ours.add([&] { path_radiance(world, 0, paths, rays, histories, incoming); },
+             [&](std::size_t r) { return incoming[r].total(); }, rays.size());
+    const auto track = [&](const auto& tracker) {
+      return [&](std::size_t r) {
+        Random random{(static_cast<std::uint64_t>(repeat) << 32) + r * 0x2545F4914F6CDD1Du};
+        return tracker.radiance(rays[r].origin, rays[r].direction, random);
+      };
+    };
+    plain.add([] {}, track(plain_tracker), rays.size());
+    weighted.add([] {}, track(weighted_tracker), rays.size());
   }
-  const double a = ours.squared_error(), b = theirs.squared_error();
-  std::printf("%-16s %7.2f %8.4f %7.2f %9.4f | %8.4f %7.2f %9.4f | %6.2f\n", name, depth, ours.mean(), 100 * std::sqrt(a),
-              ours.seconds, theirs.mean(), 100 * std::sqrt(b), theirs.seconds, b * theirs.seconds / (a * ours.seconds));
+  std::printf("%-16s %6.1f", name, depth);
+  for (const Repeats* method : {&ours, &plain, &weighted}) {
+    std::printf(" | %.4f %5.2f %7.3f", method->mean(), 100 * std::sqrt(method->squared_error()), method->seconds);
+  }
+  std::printf(" | %6.2f %6.2f\n", plain.cost() / ours.cost(), weighted.cost() / ours.cost());
 }
 
 }  // namespace
 
 int main() {
   openvdb::initialize();
-  std::printf("%-16s %7s | paths: mean, error %%, s | delta: mean, error %%, s | ratio of error^2 x time\n", "cloud", "depth");
+  std::printf("mean, error in %%, seconds of paths | plain | weighted delta tracker | error^2 x time in units of the paths'\n");
   for (const double depth : {0.5, 10.0, 40.0}) {
     compare("rough 128^3", rough_fractal(128), depth);
     compare("plume 128^3", smooth_plume(128), depth);
