@@ -391,12 +391,23 @@ void World::reach_depths(int interval, std::span<const Flight> flights,
   if (cloud_count() == 1) {
     const Octree& octree = *clouds().front().octree;
     const std::vector<double>& weights = optics(0, interval).extinction_weights();
+    // The batched walk is right to about 2e-5 of the cloud's size: too little for flights that are short
+    // beside it, whose walk in double is short too.
+    const Vec3d extent = frame(0).local_bounds.max - frame(0).local_bounds.min;
+    const double size = transform_direction(clouds().front().local_to_world, extent).length();
+    const auto refine = [&](const Flight& flight, FreePath& end) {
+      if (end.t - flight.ray.t_min < 2e-3 * size) walk_to_depth(*this, interval, flight, end);
+    };
     if (!frame(0).periodic()) {
       std::vector<Flight> own(flights.begin(), flights.end());
       for (Flight& flight : own) flight.ray = transform_ray(frame(0).world_to_index, flight.ray);
       obscura::free_paths(octree, own, weights, ends);
       for (std::size_t i = 0; i < flights.size(); ++i) {
-        if (!ends[i].collided) ends[i].t = flights[i].ray.t_max;
+        if (ends[i].collided) {
+          refine(flights[i], ends[i]);
+        } else {
+          ends[i].t = flights[i].ray.t_max;
+        }
       }
       return;
     }
@@ -408,8 +419,6 @@ void World::reach_depths(int interval, std::span<const Flight> flights,
       active[i] = i;
       ends[i] = {flights[i].ray.t_max, 0.0, false};
     }
-    const Vec3d extent = frame(0).local_bounds.max - frame(0).local_bounds.min;
-    const double size = transform_direction(clouds().front().local_to_world, extent).length();
     std::vector<Flight> pieces;
     std::vector<FreePath> parts;
     while (!active.empty()) {
@@ -431,10 +440,7 @@ void World::reach_depths(int interval, std::span<const Flight> flights,
         end.collided = parts[j].collided;
         if (!end.collided) continue;
         end.t = parts[j].t;
-        // The batched walk is right to about 2e-5 of the cloud's size: too little for flights that are short
-        // beside it, whose walk in double is short too.
-        const Flight& flight = flights[active[j]];
-        if (end.t - flight.ray.t_min < 2e-3 * size) walk_to_depth(*this, interval, flight, end);
+        refine(flights[active[j]], end);
       }
     }
     return;

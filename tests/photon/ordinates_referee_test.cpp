@@ -11,7 +11,11 @@ using namespace obscura::test;
 
 namespace {
 
-std::string table(const std::string& name) { return std::string(OBSCURA_TEST_DATA_DIR) + "/reference/" + name; }
+std::string table(const std::string& name) {
+  std::string path = OBSCURA_TEST_DATA_DIR "/reference/";
+  path += name;
+  return path;
+}
 
 /// Within twice the stated error, which is small enough to say something.
 void check(const std::string& what, const OrdinatesEstimate& estimate, double reference, double reference_error,
