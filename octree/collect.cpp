@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <new>
 
@@ -30,7 +31,6 @@ Range range_of(const float* values) noexcept {
   for (int i = 8; i < 512; i += 8) {
     for (int k = 0; k < 8; ++k) {
       const float v = values[i + k];
-      assert(std::isfinite(v));
       min[k] = v < min[k] ? v : min[k];
       max[k] = v > max[k] ? v : max[k];
       sum[k] += static_cast<double>(v);
@@ -68,6 +68,7 @@ class Collector {
     bool zero = true, uniform = true;
     for (std::size_t c = 0; c < channels; ++c) {
       ranges[c] = range_of(values[c]);
+      if (!std::isfinite(ranges[c].sum)) refuse(corner, c, std::span(values[c], 512));
       zero = zero && ranges[c].min == 0 && ranges[c].max == 0;
       uniform = uniform && ranges[c].min == ranges[c].max;
     }
@@ -117,7 +118,10 @@ class Collector {
   void tile(const Vec3i& corner, int level, std::span<const float> values) {
     assert(level >= 3 && values.size() == tree_.channels.size());
     bool zero = true;
-    for (const float v : values) zero = zero && v == 0;
+    for (std::size_t c = 0; c < values.size(); ++c) {
+      if (!std::isfinite(values[c])) refuse(corner, c, values.subspan(c, 1));
+      zero = zero && values[c] == 0;
+    }
     if (zero) return;
 
     // Word by word; where the tile hangs over the domain, a brick with zeros outside.
@@ -161,6 +165,14 @@ class Collector {
       progress_.report("reading voxels", taken_, 0);
       if (progress_.cancelled()) throw ResourceError(stream_.name, "cancelled while reading voxels");
     }
+  }
+
+  /// Importers check what they read; who pours arrays of his own may not have.
+  [[noreturn]] void refuse(const Vec3i& corner, std::size_t channel, std::span<const float> values) const {
+    const auto bad = std::find_if(values.begin(), values.end(), [](float v) { return !std::isfinite(v); }) - values.begin();
+    const Vec3i voxel = corner + Vec3i(static_cast<int>(bad & 7), static_cast<int>(bad >> 3 & 7), static_cast<int>(bad >> 6));
+    throw InputError(fmt::format("{}, {}", stream_.name, tree_.channels[channel]),
+                     fmt::format("voxel {} holds {}", text(voxel), values[static_cast<std::size_t>(bad)]), "values must be finite");
   }
 
   void require_inside(const Vec3i& corner, const float* const* values) const {

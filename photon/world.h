@@ -168,8 +168,8 @@ class World {
   /// Optics at a point; periodic clouds repeat.
   LocalOptics at(int interval, const Vec3d& point) const noexcept;
   /// Optics where a flight has collided. Where the batched walk's rounding has carried the end out of
-  /// what the flight collided with, the flight is walked again in double and the end put right; it may
-  /// turn out not to have collided.
+  /// what the flight collided with, or where leaves are thick, the flight is walked again in double and the
+  /// end put right; it may turn out not to have collided.
   LocalOptics at_collision(int interval, const Flight& flight, FreePath& end) const noexcept;
   /// A point moved into the first periodic cell.
   Vec3d wrap(const Vec3d& point) const noexcept;
@@ -234,6 +234,7 @@ class World {
   Box3d bounds_;
   Box3d cloud_bounds_;
   Vec3d origin_{0, 0, 0};
+  double largest_leaf_m_ = 0;
   int periodic_cloud_ = -1;
   std::array<Vec3d, 2> period_{Vec3d(0), Vec3d(0)};
   Affine world_to_map_;
