@@ -8,6 +8,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <tuple>
 
 namespace obscura {
@@ -59,7 +60,7 @@ float nth_coordinate(std::span<const Photon> photons, int axis, std::size_t nth,
   // Equal bins between the ends. Their borders need not be exact, only in order: truncation is.
   constexpr std::size_t kMostBins = 1024;
   const std::size_t bins = photons.size() > 8192 ? kMostBins : 128;
-  const float scale = static_cast<float>(bins) / (high - low);
+  const float scale = high > low ? static_cast<float>(bins) / (high - low) : std::numeric_limits<float>::infinity();
   const auto bin_of = [&](float key) {
     const float place = (key - low) * scale;
     return place < static_cast<float>(bins) ? static_cast<std::size_t>(static_cast<std::int32_t>(place))

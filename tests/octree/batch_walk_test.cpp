@@ -31,7 +31,7 @@ Octree tree_of(double tolerance, int channels, const Box3i& domain) {
 
 }  // namespace
 
-TEST_CASE("every SIMD path gives the scalar walk's optical depths", "[octree][batch_walk]") {
+TEST_CASE("every SIMD path gives the scalar walk's optical depths", "[octree][batch_walk][imitated]") {
   const Box3i domain(Vec3i(-13, -45, 5), Vec3i(61, 20, 76));
   const double tolerance = GENERATE(0.0, 1e-3);
   const int channels = GENERATE(1, 2, 3);
@@ -65,7 +65,7 @@ TEST_CASE("every SIMD path gives the scalar walk's optical depths", "[octree][ba
   }
 }
 
-TEST_CASE("every SIMD path ends flights where the scalar walk does", "[octree][batch_walk]") {
+TEST_CASE("every SIMD path ends flights where the scalar walk does", "[octree][batch_walk][imitated]") {
   const Box3i domain(Vec3i(-13, -45, 5), Vec3i(61, 20, 76));
   const double tolerance = GENERATE(0.0, 1e-3);
   const int channels = GENERATE(1, 2, 3);

@@ -211,7 +211,7 @@ TEST_CASE("tiles of any size are poured like the voxels they stand for", "[octre
   CHECK(tree.value(0, Vec3d(130.5, 0, 3)) == 0);
 }
 
-TEST_CASE("what cannot be built is refused by name", "[octree][build]") {
+TEST_CASE("what cannot be built is refused by name", "[octree][build][not_finite]") {
   const Field field = rough_cloud();
   BuildSettings settings;
   settings.tolerance = 0;

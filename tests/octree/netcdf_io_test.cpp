@@ -187,7 +187,7 @@ TEST_CASE("profiles, maps and axes that are no lengths are refused", "[octree][i
   CHECK_THROWS_WITH(open_volume(folder / "a.nc", kSmoke), Catch::Contains("one point"));
 }
 
-TEST_CASE("broken NetCDF files and values are refused", "[octree][import][netcdf]") {
+TEST_CASE("broken NetCDF files and values are refused", "[octree][import][netcdf][not_finite]") {
   const ScratchFolder folder;
   const std::vector<Axis> axes{{"z", even(0, 1, 3), "m"}, {"y", even(0, 1, 3), "m"}, {"x", even(0, 1, 40), "m"}};
   write_file(folder / "a.nc", axes, NC_FLOAT, [](const auto& i) { return i[2] == 7 && i[0] == 2 ? std::nan("") : 1.0; });

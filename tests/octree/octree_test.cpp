@@ -31,7 +31,7 @@ bool inside(const Box3i& box, const Vec3i& v) {
 
 }  // namespace
 
-TEST_CASE("a lossless octree returns every voxel", "[octree]") {
+TEST_CASE("a lossless octree returns every voxel", "[octree][not_finite]") {
   const Octree tree = patchwork_tree(0);
   const Field field = patchwork(21);
   std::uint64_t wrong = 0;

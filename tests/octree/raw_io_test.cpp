@@ -123,7 +123,7 @@ TEST_CASE("every mistake in a raw description is named at once", "[octree][impor
   CHECK_THAT(problems_of(folder.write("d.json", "[]")).at(0).text(), Catch::Contains("no grid"));
 }
 
-TEST_CASE("NaN, infinite and negative raw voxels are refused by grid and voxel", "[octree][import][raw]") {
+TEST_CASE("NaN, infinite and negative raw voxels are refused by grid and voxel", "[octree][import][raw][not_finite]") {
   const ScratchFolder folder;
   const auto file = folder.write("a.json", json("float32", "x-fastest"));
   for (const float bad : {std::nanf(""), INFINITY, -1.0f}) {

@@ -89,7 +89,7 @@ TEST_CASE("shapes are centred on the origin", "[octree][shapes]") {
   }
 }
 
-TEST_CASE("impossible shapes are refused", "[octree][shapes]") {
+TEST_CASE("impossible shapes are refused", "[octree][shapes][not_finite]") {
   CHECK_THROWS_AS(sphere_stream(0, 0.1), InputError);
   CHECK_THROWS_AS(sphere_stream(1, -0.1), InputError);
   CHECK_THROWS_AS(sphere_stream(1, std::nan("")), InputError);
