@@ -151,7 +151,10 @@ TEST_CASE("the sun along an axis lights a cloud along faces and edges of voxels 
         once.scattering_depth = 1;
         for (const Estimator& estimator : kEstimators) {
           INFO("axis " << axis << ", at " << depth << " and " << place << ", " << estimator.name);
-          CHECK(seen(world, {}, estimator, {&ray, 1}, 8, once).mean == Approx(expected).epsilon(1e-4));
+          // Shadow rays of paths that go deep end by roulette.
+          const Seen light = seen(world, {}, estimator, {&ray, 1}, 800, once);
+          CHECK(std::abs(light.mean - expected) <= 6 * light.error + 1e-4 * expected);
+          CHECK(light.error <= 0.02 * expected);
         }
       }
     }
