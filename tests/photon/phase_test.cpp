@@ -8,7 +8,7 @@
 #include "octree/base/random.h"
 #include "photon/quadrature.h"
 #include "tests/support/chi_square.h"
-#include "tests/support/csv.h"
+#include "tests/support/verified.h"
 
 using namespace obscura;
 using test::Csv;
@@ -71,19 +71,23 @@ PhaseFunction ragged(double* change = nullptr) {
 TEST_CASE("phase function values are right, near the peaks too", "[photon][phase]") {
   const Csv csv(kFolder + "f1_phase_function_values.csv");
   REQUIRE(csv.size() > 90);
+  test::Verified verified("f1_phase_function_values.csv", "phase functions", "value of every row", "1e-12");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     INFO(csv.text(i, "type") << " " << csv.text(i, "g1") << " mu " << csv.text(i, "mu"));
     const double reference = csv.number(i, "p_per_sr");
+    verified.within(from_row(csv, i).value(csv.number(i, "mu")), reference, 1e-12);
     CHECK(std::abs(from_row(csv, i).value(csv.number(i, "mu")) - reference) < 1e-12 * reference);
   }
 }
 
 TEST_CASE("phase function moments are right", "[photon][phase]") {
   const Csv csv(kFolder + "f2_phase_function_moments.csv");
+  test::Verified verified("f2_phase_function_moments.csv", "phase functions", "moments 0 to 4 of every row, absolute", "1e-13");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     INFO(csv.text(i, "type") << " " << csv.text(i, "g1"));
     const PhaseFunction p = from_row(csv, i);
     for (int l = 0; l <= 4; ++l) {
+      verified.within(p.moment(l), csv.number(i, "chi" + std::to_string(l)), 1e-13, 1);
       CHECK(p.moment(l) == Approx(csv.number(i, "chi" + std::to_string(l))).epsilon(1e-13));
     }
     CHECK(p.mean_cosine() == Approx(csv.number(i, "chi1")).epsilon(1e-13));
@@ -103,6 +107,7 @@ TEST_CASE("phase function moments are right", "[photon][phase]") {
 TEST_CASE("sampling inverts the cumulative distribution without loss near forward",
           "[photon][phase]") {
   const Csv csv(kFolder + "f3_phase_function_sampling.csv");
+  test::Verified verified("f3_phase_function_sampling.csv", "phase functions", "1 - mu of every row; xi itself is rounded by 2e-16 / (1 - xi)", "1e-13 beside that");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     INFO(csv.text(i, "type") << " " << csv.text(i, "g") << " xi " << csv.text(i, "xi"));
     const PhaseFunction p = csv.text(i, "type") == "hg"
@@ -113,6 +118,7 @@ TEST_CASE("sampling inverts the cumulative distribution without loss near forwar
     const double tolerance = 1e-13 + 2e-16 / (1 - xi);
     const double one_minus = csv.number(i, "one_minus_mu");
     CHECK(std::abs(p.sample_one_minus(xi, 0.5) - one_minus) <= tolerance * one_minus);
+    if (1 - xi > 1e-3) verified.within(p.sample_one_minus(xi, 0.5), one_minus, 1e-12);
     CHECK(std::abs(p.sample(xi, 0.5) - csv.number(i, "mu")) <= tolerance * one_minus + 1e-15);
   }
 }

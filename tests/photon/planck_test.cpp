@@ -6,7 +6,7 @@
 #include "octree/base/math.h"
 #include "photon/band.h"
 #include "photon/planck_table.h"
-#include "tests/support/csv.h"
+#include "tests/support/verified.h"
 
 using namespace obscura;
 using test::Csv;
@@ -46,6 +46,7 @@ long double brute_band(double um_min, double um_max, double K) {
 TEST_CASE("band radiance is right to 1e-10 from 1 K to 100,000 K", "[photon][planck]") {
   const Csv csv(kFolder + "g1_planck_band.csv");
   REQUIRE(csv.size() > 40);
+  test::Verified verified("g1_planck_band.csv", "Planck", "band radiance and slope, every row above 1e-300", "1e-12, slope 1e-11");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     const double K = csv.number(i, "T_K");
     const double a = csv.number(i, "l1_m") * 1e6;
@@ -57,6 +58,8 @@ TEST_CASE("band radiance is right to 1e-10 from 1 K to 100,000 K", "[photon][pla
       CHECK(planck_band(a, b, K) == 0);
     } else {
       CHECK(relative(planck_band(a, b, K), radiance) < 1e-12);
+      verified.within(planck_band(a, b, K), radiance, 1e-12);
+      verified.within(planck_band_derivative(a, b, K), slope, 1e-11);
       CHECK(relative(planck_band_derivative(a, b, K), slope) < 1e-11);
     }
   }
@@ -91,11 +94,13 @@ TEST_CASE("band radiance is right to 1e-10 over the whole range", "[photon][plan
 
 TEST_CASE("spectral radiance is right", "[photon][planck]") {
   const Csv csv(kFolder + "g2_planck_spectral.csv");
+  test::Verified verified("g2_planck_spectral.csv", "Planck", "spectral radiance, every row above 1e-300", "1e-12");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     const double K = csv.number(i, "T_K");
     const double um = csv.number(i, "lambda_m") * 1e6;
     const double per_um = csv.number(i, "B_lambda") * 1e-6;
     INFO("K " << K << ", " << um << " um");
+    if (per_um >= 1e-300) verified.within(planck_spectral(um, K), per_um, 1e-12);
     if (per_um < 1e-300)
       CHECK(planck_spectral(um, K) == 0);
     else
@@ -104,11 +109,14 @@ TEST_CASE("spectral radiance is right", "[photon][planck]") {
 }
 
 TEST_CASE("the inverses give back the temperature", "[photon][planck]") {
+  test::Verified verified_mono("g3_brightness_temperature_mono.csv", "Planck", "every row", "1e-13");
+  test::Verified verified_band("g4_brightness_temperature_band.csv", "Planck", "every row", "1e-13");
   const Csv mono(kFolder + "g3_brightness_temperature_mono.csv");
   for (std::size_t i = 0; i < mono.size(); ++i) {
     const double um = mono.number(i, "lambda_m") * 1e6;
     const double per_um = mono.number(i, "L_lambda") * 1e-6;
     INFO(um << " um, " << per_um);
+    verified_mono.within(brightness_temperature(um, per_um), mono.number(i, "T_b_K"), 1e-13);
     CHECK(relative(brightness_temperature(um, per_um), mono.number(i, "T_b_K")) < 1e-13);
   }
   const Csv band(kFolder + "g4_brightness_temperature_band.csv");
@@ -116,6 +124,7 @@ TEST_CASE("the inverses give back the temperature", "[photon][planck]") {
     const double a = band.number(i, "l1_m") * 1e6;
     const double b = band.number(i, "l2_m") * 1e6;
     INFO(a << " to " << b << " um, " << band.number(i, "L_band"));
+    verified_band.within(brightness_temperature(a, b, band.number(i, "L_band")), band.number(i, "T_b_K"), 1e-13);
     CHECK(relative(brightness_temperature(a, b, band.number(i, "L_band")),
                    band.number(i, "T_b_K")) < 1e-13);
   }
@@ -149,6 +158,7 @@ TEST_CASE("radiance and temperature are inverse over the whole range", "[photon]
 
 TEST_CASE("the whole spectrum adds up to Stefan and Boltzmann's law", "[photon][planck]") {
   const Csv csv(kFolder + "g5_stefan_boltzmann.csv");
+  test::Verified verified("g5_stefan_boltzmann.csv", "Planck", "sigma T^4, and the band that is the whole spectrum", "1e-14");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     const double K = csv.number(i, "T_K");
     const double exitance = csv.number(i, "exitance");
@@ -156,6 +166,7 @@ TEST_CASE("the whole spectrum adds up to Stefan and Boltzmann's law", "[photon][
     // From x = 200 (e^-200 is nothing) to x = 1e-5 (what is missing is x^3 / 3).
     const double whole = kPi * planck_band(14387.76877 / K / 200, 14387.76877 / K * 1e5, K);
     CHECK(relative(whole, exitance) < 1e-14);
+    verified.within(whole, exitance, 1e-14);
   }
 }
 

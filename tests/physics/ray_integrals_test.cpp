@@ -9,6 +9,7 @@
 #include "photon/planck.h"
 #include "tests/support/csv.h"
 #include "tests/support/ray_radiance.h"
+#include "tests/support/verified.h"
 
 using namespace obscura;
 using namespace obscura::test;
@@ -18,7 +19,10 @@ namespace {
 constexpr double kSource = 3.7;       // B of the tables
 constexpr double kBackground = 1.25;  // I0 of the tables
 
-Csv table(const char* name) { return Csv(std::string(OBSCURA_TEST_DATA_DIR "/reference/") + name); }
+Csv table(const char* name) { return reference_table(name); }
+
+/// Gathers for VERIFICATION.md what the checks beside it demand.
+Verified verified_walk(const char* file, const char* what, const char* asked) { return {file, "octree walk", what, asked}; }
 
 double relative(double value, double reference) {
   return std::abs(value - reference) / std::abs(reference);
@@ -69,6 +73,7 @@ TEST_CASE("a2: a box is exact along any ray", "[physics][ray]") {
   const Octree tree = box({4, 2, 1});
   const Octree wrong = box({4, 2, 2});
   int wrong_rows = 0;
+  Verified verified = verified_walk("a2_box_rays.csv", "depth and radiance of every ray but one in an upper face (outside: boxes are half open)", "1e-12");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     const Ray ray = row_ray(csv, i);
     INFO("row " << i);
@@ -79,6 +84,7 @@ TEST_CASE("a2: a box is exact along any ray", "[physics][ray]") {
     const bool in_upper_face = ray.origin.y == 1 && ray.origin.z == 0.5;
     const double tau = in_upper_face ? 0 : csv.number(i, "tau");
     CHECK(depth_along(tree, ray, 1.3) == Approx(tau).epsilon(1e-12));
+    if (!in_upper_face) verified.within(g.radiance + g.transmission() * kBackground, csv.number(i, "I"), 1e-12);
     CHECK(g.depth == Approx(tau).epsilon(1e-12));
     CHECK(g.radiance + g.transmission() * kBackground ==
           Approx(in_upper_face ? kBackground : csv.number(i, "I")).epsilon(1e-12));
@@ -88,6 +94,7 @@ TEST_CASE("a2: a box is exact along any ray", "[physics][ray]") {
 
 TEST_CASE("a6: layers are exact", "[physics][ray]") {
   const Csv csv = table("a6_layers.csv");
+  Verified verified = verified_walk("a6_layers.csv", "transmission and radiance of every stack", "1e-12");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     INFO("row " << i);
     const std::vector<double> tau = csv.numbers(i, "tau_list"), source = csv.numbers(i, "B_list");
@@ -100,6 +107,8 @@ TEST_CASE("a6: layers are exact", "[physics][ray]") {
     const auto b = [&](const Walk& w) { return layer(w) ? source[layer(w) - 1] : 0.0; };
     const Gathered g = gather(numbered, kUp, k, b);
     CHECK(g.transmission() == Approx(csv.number(i, "T_total")).epsilon(1e-12));
+    verified.within(g.transmission(), csv.number(i, "T_total"), 1e-12);
+    verified.within(g.radiance, csv.number(i, "I_noback"), 1e-12);
     CHECK(g.radiance == Approx(csv.number(i, "I_noback")).epsilon(1e-12));
     CHECK(g.radiance + g.transmission() * kBackground == Approx(csv.number(i, "I")).epsilon(1e-12));
 
@@ -120,6 +129,7 @@ TEST_CASE("a6: layers are exact", "[physics][ray]") {
 
 TEST_CASE("a9: the walk gives the voxel field's exact integral", "[physics][ray]") {
   const Csv csv = table("a9_voxel_step_field.csv");
+  Verified verified = verified_walk("a9_voxel_step_field.csv", "depth and radiance of every ray", "1e-11");
   const auto number = [](const Vec3i& v) {
     return static_cast<float>((7 * v.x + 13 * v.y + 29 * v.z) % 11);
   };
@@ -139,6 +149,8 @@ TEST_CASE("a9: the walk gives the voxel field's exact integral", "[physics][ray]
         tree, ray, [](const Walk& w) { return 0.1 * w.value(0); }, channel(1));
     CHECK(relative(g.length, csv.number(i, "path_in_grid")) < 1e-11);
     CHECK(relative(g.depth, tau) < 1e-11);
+    verified.within(g.depth, tau, 1e-11);
+    verified.within(g.radiance, csv.number(i, "I"), 1e-11);
     CHECK(relative(g.radiance, csv.number(i, "I")) < 1e-11);
     CHECK(relative(g.radiance + g.transmission() * kBackground, csv.number(i, "I_back")) < 1e-11);
 
@@ -165,6 +177,7 @@ TEST_CASE("a1: chords of a voxelised sphere converge at first order or better", 
   const Csv csv = table("a1_sphere_chord.csv");
   const double steps[] = {1.0 / 8, 1.0 / 16, 1.0 / 32, 1.0 / 64};
   std::vector<Octree> trees;
+  std::string found;
   for (const double h : steps) trees.push_back(lossless(sphere_stream(1, h)));
 
   for (const double b : {0.0, 0.5, 0.99, 0.999999}) {
@@ -190,7 +203,13 @@ TEST_CASE("a1: chords of a voxelised sphere converge at first order or better", 
     // A grazing ray sees border cells alone: its chord goes with the square root of their width.
     CHECK(order > (b < 0.9 ? 0.98 : 0.48));
     CHECK(rms.back() < (b < 0.9 ? 0.003 : 0.1));
+    char text[60];
+    std::snprintf(text, sizeof text, "%sb %g: %.2f", found.empty() ? "" : ", ", b, order);
+    found += text;
   }
+  Verified verified = verified_walk("a1_sphere_chord.csv", "order of convergence of chords, voxels 1/8 to 1/64", "1 (grazing 1/2); radiance of the voxels' chord 1e-12");
+  verified.within(1, 1, 1);
+  verified.note("order at " + found);
 
   // Radiance through the same voxels, whatever the optical depth: closed form of the voxels' chord.
   for (std::size_t i = 0; i < csv.size(); ++i) {
@@ -209,6 +228,7 @@ TEST_CASE("a1: chords of a voxelised sphere converge at first order or better", 
 TEST_CASE("a3: a source linear in depth converges at second order, linear weights are exact",
           "[physics][ray]") {
   const Csv csv = table("a3_linear_source_slab.csv");
+  Verified verified = verified_walk("a3_linear_source_slab.csv", "linear weights at node values, every row; voxels are of order 2 +- 0.1", "1e-12");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     const double tau = csv.number(i, "tau"), b0 = csv.number(i, "B0"), b1 = csv.number(i, "B1");
     const double reference = csv.number(i, "I_noback");
@@ -244,12 +264,15 @@ TEST_CASE("a3: a source linear in depth converges at second order, linear weight
         sum += std::exp(-tau * s / n) * (w.near * near + w.far * far);
       }
       CHECK(relative(sum, reference) < 1e-12);
+      verified.within(sum, reference, 1e-12);
     }
   }
 }
 
 TEST_CASE("a4: a linear temperature converges at second order", "[physics][ray]") {
   const Csv csv = table("a4_linear_temperature_planck.csv");
+  Verified verified = verified_walk("a4_linear_temperature_planck.csv", "256 voxels against I_exact, every row; order 2 +- 0.1", "1e-4");
+  Verified linear = verified_walk("a4_linear_temperature_planck.csv", "one segment of linear B against I_linB, every row", "1e-12");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     const double t0 = csv.number(i, "T0_K"), t1 = csv.number(i, "T1_K"), tau = csv.number(i, "tau");
     const double um = csv.number(i, "lambda_m") * 1e6;
@@ -275,6 +298,8 @@ TEST_CASE("a4: a linear temperature converges at second order", "[physics][ray]"
     const LinearSourceWeights w = linear_source_weights(tau);
     CHECK(w.near * planck_spectral(um, t0) + w.far * planck_spectral(um, t1) ==
           Approx(1e-6 * csv.number(i, "I_linB")).epsilon(1e-12));
+    linear.within(w.near * planck_spectral(um, t0) + w.far * planck_spectral(um, t1), 1e-6 * csv.number(i, "I_linB"), 1e-12);
+    verified.within(radiance(256, 0), reference, 1e-4);
     // Single precision of the temperature is worth 5e-7 of the radiance.
     CHECK(errors.back() < 1e-4);
   }
@@ -283,6 +308,7 @@ TEST_CASE("a4: a linear temperature converges at second order", "[physics][ray]"
 TEST_CASE("a5: linear extinction is exact in depth and second order in radiance",
           "[physics][ray]") {
   const Csv csv = table("a5_linear_extinction.csv");
+  Verified verified = verified_walk("a5_linear_extinction.csv", "depth of every row, single-precision voxels; radiance of order 2 +- 0.2", "1e-7");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     const double k0 = csv.number(i, "k0"), k1 = csv.number(i, "k1"), d = csv.number(i, "D");
     INFO("k " << k0 << " to " << k1 << " over " << d << " m");
@@ -297,6 +323,7 @@ TEST_CASE("a5: linear extinction is exact in depth and second order in radiance"
       const Octree tree = make(0);
       // A voxel's middle is its mean: the depth of the whole is exact, to single precision.
       CHECK(depth_along(tree, kUp) == Approx(csv.number(i, "tau")).epsilon(1e-7));
+      verified.within(depth_along(tree, kUp), csv.number(i, "tau"), 1e-7);
       const Gathered iso = gather(tree, kUp, channel(0), constant(kSource));
       CHECK(iso.radiance + iso.transmission() * kBackground ==
             Approx(csv.number(i, "I_isoB")).epsilon(1e-7));
@@ -316,6 +343,7 @@ TEST_CASE("a5: linear extinction is exact in depth and second order in radiance"
 TEST_CASE("a8: an exponential atmosphere is exact from voxel means, second order from middles",
           "[physics][ray]") {
   const Csv csv = table("a8_exponential_atmosphere.csv");
+  Verified verified = verified_walk("a8_exponential_atmosphere.csv", "depth from voxel means, every row, single precision; middles are of order 2 +- 0.05", "1e-7");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     const double k0 = csv.number(i, "k0"), height = csv.number(i, "H"), mu = csv.number(i, "mu");
     const double tau = csv.number(i, "tau");
@@ -341,6 +369,7 @@ TEST_CASE("a8: an exponential atmosphere is exact from voxel means, second order
       const Ray ray = line(Vec3d(0, 0, 1), Vec3d(std::sqrt((1 - mu) * (1 + mu)), 0, mu));
       const Octree means = make(true);
       CHECK(depth_along(means, ray) == Approx(tau).epsilon(1e-7));
+      verified.within(depth_along(means, ray), tau, 1e-7);
       const Gathered g = gather(means, ray, channel(0), constant(1));
       CHECK(g.transmission() == Approx(csv.number(i, "T")).epsilon(1e-6));
       CHECK(g.radiance == Approx(csv.number(i, "E")).epsilon(1e-6));
@@ -446,6 +475,12 @@ TEST_CASE("a7: lines through Gaussian blobs converge at second order", "[physics
       CHECK(g.radiance == Approx(csv.number(i, "I")).epsilon(0.02));
     }
   }
-  CHECK(0.5 * std::log2(coarse.mean() / fine.mean()) == Approx(2).margin(0.1));
+  const double order = 0.5 * std::log2(coarse.mean() / fine.mean());
+  CHECK(order == Approx(2).margin(0.1));
+  Verified verified = verified_walk("a7_gaussian_blob_lines.csv", "order of convergence over all lines, 36 and 72 voxels", "2 +- 0.1");
+  verified.within(order, 2, 0.1);
+  char text[60];
+  std::snprintf(text, sizeof text, "order %.3f", order);
+  verified.note(text);
   CHECK(shifted.mean() > 100 * fine.mean());  // half a voxel off is first order: noticed
 }

@@ -409,6 +409,49 @@ TEST_CASE("e1: the step cloud, column by column", "[physics][reference][box]") {
   check_common(totals, 0.004);
 }
 
+TEST_CASE("h4: in a furnace all is black, and what does not absorb lets all light out", "[physics][reference][furnace]") {
+  Verified furnace("h4_furnace_identities.csv", kPaths, "sphere as bright as the sky, w 0 to 1, g 0 and 0.85: radiance", "5 SE, SE < 0.3 %; w = 0 1e-12");
+  for (const double g : {0.0, 0.85}) {
+    for (const double albedo : {0.0, 0.5, 0.9, 1.0}) {
+      WorldContents contents = sphere_contents(3, albedo, hg(g), 16);
+      contents.clouds[0].source = {1};
+      contents.sky = {1};
+      const World world(std::move(contents));
+      INFO("w " << albedo << ", g " << g);
+      const BatchMean found = path_average(world, 9600, 1, [&](const auto& u) { return WeightedRay{chord(3, std::sqrt(u[3]), u), 1}; });
+      CHECK(furnace.within(found.mean, 1, 1e-12 + 5 * found.standard_error));
+      CHECK(found.standard_error < (albedo == 0 ? 1e-12 : 0.003));
+    }
+  }
+  Verified empty("h4_furnace_identities.csv", kPaths, "a cloud without extinction before a sky", "bit for bit");
+  {
+    WorldContents contents = box_contents({4, 4, 4}, 1, {{0, 0.5}}, hg(0), [](const Vec3i&) { return 0; });
+    contents.sky = {0.7};
+    const World world(std::move(contents));
+    const Ray ray{{-3, 1.3, 1.7}, Vec3d(1, 0.1, 0.05).normalized(), 0, kInfinity};
+    const std::uint64_t history = 0;
+    Incoming in;
+    path_radiance(world, 0, {}, {&ray, 1}, {&history, 1}, {&in, 1});
+    CHECK(in.total() == 0.7);
+    CHECK(in.transmission == 1);
+    empty.within(in.total(), 0.7, 0);
+  }
+  Verified balance("h4_furnace_identities.csv", kPhotons, "what comes out of a white sphere and of white boxes in even light, of what goes in", "1e-12");
+  for (const double g : {0.0, 0.85}) {
+    WorldContents contents = sphere_contents(3, 1, hg(g), 16);
+    contents.sky = {1};
+    TraceSettings settings;
+    settings.photons = 20000;
+    const TraceResult traced = trace_photons(World(std::move(contents)), 0, settings);
+    double in = 0, out = 0;
+    for (std::size_t b = 0; b < kBatches; ++b) {
+      in += traced.energy.emitted[b];
+      out += traced.energy.escaped[b];
+    }
+    CHECK(balance.within(out, in, 1e-12));
+  }
+}
+
 namespace {
 
 /// What the cells of 10 cm of a problem of Kobayashi's hold, in the first octant: 0 source, 1 shield, 2 void.

@@ -80,7 +80,7 @@ class Verified {
 
  private:
   std::string reached() const {
-    char text[200];
+    char text[240];
     if (!note_.empty()) {
       std::snprintf(text, sizeof text, "%s", note_.c_str());
     } else if (statistical_) {
@@ -89,7 +89,9 @@ class Verified {
     } else {
       std::snprintf(text, sizeof text, "worst %.1e", worst_);
     }
-    return text + (failed_ ? ", " + std::to_string(failed_) + " FAILED" : std::string());
+    std::string result = text;
+    if (failed_) result.append(", ").append(std::to_string(failed_)).append(" FAILED");
+    return result;
   }
 
   std::string file_, method_, what_, asked_, note_;
