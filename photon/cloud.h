@@ -66,7 +66,10 @@ class CloudOptics {
     int channel;
     double extinction, scattering;  ///< 1/m per unit of density
     const PhaseFunction* phase;
+    const PhaseFunction* in_map;  ///< blunted to what the few photons of a density estimate can resolve
   };
+  /// Highest value of a phase function in a density estimate, over that of an isotropic one.
+  static constexpr double kMapPeak = 256;
 
   /// @param interval of the band; @param index the same interval among all of the World's.
   CloudOptics(const Cloud& cloud, const Band& band, int interval, int index);
@@ -103,6 +106,7 @@ class CloudOptics {
   }
 
   std::vector<Part> parts_;
+  std::vector<std::shared_ptr<const PhaseFunction>> blunted_;
   std::vector<double> weights_;
   bool emits_ = false;
   bool scatters_ = false;

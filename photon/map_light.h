@@ -32,7 +32,7 @@ inline Estimate map_light(const World& world, int interval, const PhotonMaps& ma
   const Vec3d outward = transform_direction(world.world_to_map(), -at.along());
   return estimate(maps.volume, transform_point(world.world_to_map(), at.position()),
                   [&](const Vec3d& y) noexcept { return world.extinction_in_map(interval, y); },
-                  [&](const Vec3d& travel) noexcept { return at.scattering().phase(travel.dot(outward)); }, settings,
+                  [&](const Vec3d& travel) noexcept { return at.scattering().phase_in_map(travel.dot(outward)); }, settings,
                   Sight{world, key});
 }
 

@@ -175,6 +175,74 @@ PhaseFunction PhaseFunction::table(const std::vector<double>& angles_deg,
   return p;
 }
 
+namespace {
+
+/// The g whose lobe's height is peak / (4 pi), or the given one where that is lower.
+double blunted_g(double g, double peak) {
+  // (1 + g) / (1 - g)^2 = peak
+  const double most = 1 + (1 - std::sqrt(1 + 8 * peak)) / (2 * peak);
+  return std::clamp(g, -most, most);
+}
+
+}  // namespace
+
+PhaseFunction PhaseFunction::blunted(double peak) const {
+  switch (kind_) {
+    case Kind::isotropic:
+    case Kind::rayleigh:
+      return *this;
+    case Kind::henyey_greenstein:
+      return henyey_greenstein(blunted_g(g1_, peak));
+    case Kind::double_hg:
+      return double_henyey_greenstein(blunted_g(g1_, peak), blunted_g(g2_, peak), weight_);
+    case Kind::table:
+      break;
+  }
+  const double highest = *std::max_element(table_->value.begin(), table_->value.end());
+  if (4 * kPi * highest <= peak) return *this;
+
+  // All moments at once: every piece of the table by Gauss's rule, the polynomials by their recurrence.
+  constexpr int kMoments = 400;
+  const GaussLegendre rule(8);
+  std::vector<double> moments(kMoments, 0.0);
+  const auto polynomials = [](double mu, auto&& visit) {
+    double p = 1, previous = 0;
+    for (int l = 0; l < kMoments; ++l) {
+      visit(l, p);
+      const double next = ((2 * l + 1) * mu * p - l * previous) / (l + 1);
+      previous = p;
+      p = next;
+    }
+  };
+  for (std::size_t i = 0; i + 1 < table_->value.size(); ++i) {
+    const double start = table_->one_minus[i], width = start - table_->one_minus[i + 1];
+    for (std::size_t k = 0; k < rule.node.size(); ++k) {
+      const double value = table_->value[i] + rule.node[k] * (table_->value[i + 1] - table_->value[i]);
+      const double weight = 2 * kPi * width * rule.weight[k] * value;
+      polynomials(1 - (start - width * rule.node[k]), [&](int l, double p) { moments[static_cast<std::size_t>(l)] += weight * p; });
+    }
+  }
+  // A bound of the height is the sum of the moduli: h by bisection.
+  double low = 0, high = 1;
+  for (int i = 0; i < 40; ++i) {
+    const double h = 0.5 * (low + high);
+    double sum = 0, power = 1;
+    for (int l = 0; l < kMoments; ++l, power *= h) sum += (2 * l + 1) * power * std::abs(moments[static_cast<std::size_t>(l)]);
+    (sum > peak ? high : low) = h;
+  }
+  std::vector<double> angles, values;
+  for (int step = 0; step <= 1800; step += step < 300 || step >= 1500 ? 1 : 5) {
+    angles.push_back(0.1 * step);
+    double sum = 0, power = 1;
+    polynomials(std::cos(angles.back() * kPi / 180), [&](int l, double p) {
+      sum += (2 * l + 1) * power * moments[static_cast<std::size_t>(l)] * p;
+      power *= low;
+    });
+    values.push_back(std::max(0.0, sum * kInverseSphere));
+  }
+  return table(angles, values);
+}
+
 double PhaseFunction::value(double cosine) const noexcept {
   const double mu = clamp_cosine(cosine);
   switch (kind_) {

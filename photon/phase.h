@@ -33,6 +33,11 @@ class PhaseFunction {
   static PhaseFunction table(const std::vector<double>& angles_deg,
                              const std::vector<double>& values, double* norm_change = nullptr);
 
+  /// The same light scattered into somewhat other directions: convolved with as wide a Henyey-Greenstein lobe as
+  /// leaves no value above peak / (4 pi). Moments l are multiplied by h^l. Where none is above, the same function.
+  /// @param peak > 1
+  PhaseFunction blunted(double peak) const;
+
   /// Per sr. A cosine that rounding carried beyond +-1 counts as +-1.
   double value(double cosine) const noexcept;
 

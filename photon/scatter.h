@@ -20,7 +20,7 @@ class LocalScattering {
       for (const CloudOptics::Part& part : optics.parts()) {
         const double scattering = part.scattering * static_cast<double>(octree.value(part.channel, index));
         if (scattering > 0 && count_ < kMost) {
-          entries_[count_++] = {part.phase, scattering};
+          entries_[count_++] = {part.phase, part.in_map, scattering};
           total_ += scattering;
         }
       }
@@ -38,12 +38,9 @@ class LocalScattering {
   double total() const noexcept { return total_; }
 
   /// Phase function of the mixture, 1/sr. 0 where nothing scatters.
-  double phase(double cosine) const noexcept {
-    if (count_ == 1) return entries_[0].phase->value(cosine);
-    double sum = 0;
-    for (std::size_t i = 0; i < count_; ++i) sum += entries_[i].scattering * entries_[i].phase->value(cosine);
-    return total_ > 0 ? sum / total_ : 0.0;
-  }
+  double phase(double cosine) const noexcept { return mixture(&Entry::phase, cosine); }
+  /// The same, blunted for density estimates.
+  double phase_in_map(double cosine) const noexcept { return mixture(&Entry::in_map, cosine); }
 
   /// A new direction from the mixture. u chooses the medium and then its lobe.
   Vec3d sample(const Vec3d& direction, double u, double v, double w) const noexcept {
@@ -55,12 +52,21 @@ class LocalScattering {
   }
 
  private:
-  explicit LocalScattering(const CloudOptics::Part& only) noexcept : count_(1), total_(1) { entries_[0] = {only.phase, 1}; }
+  explicit LocalScattering(const CloudOptics::Part& only) noexcept : count_(1), total_(1) { entries_[0] = {only.phase, only.in_map, 1}; }
 
   struct Entry {
     const PhaseFunction* phase;
+    const PhaseFunction* in_map;
     double scattering;
   };
+
+  double mixture(const PhaseFunction* Entry::*which, double cosine) const noexcept {
+    if (count_ == 1) return (entries_[0].*which)->value(cosine);
+    double sum = 0;
+    for (std::size_t i = 0; i < count_; ++i) sum += entries_[i].scattering * (entries_[i].*which)->value(cosine);
+    return total_ > 0 ? sum / total_ : 0.0;
+  }
+
   static constexpr std::size_t kMost = 64;
   std::array<Entry, kMost> entries_;
   std::size_t count_ = 0;

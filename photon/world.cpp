@@ -88,7 +88,8 @@ CloudOptics::CloudOptics(const Cloud& cloud, const Band& band, int interval, int
   for (const Medium& medium : cloud.media) {
     const double extinction = at(medium.extinction);
     const double scattering = extinction * at(medium.albedo);
-    parts_.push_back({medium.channel, extinction, scattering, &medium.phase});
+    blunted_.push_back(std::make_shared<const PhaseFunction>(medium.phase.blunted(kMapPeak)));
+    parts_.push_back({medium.channel, extinction, scattering, &medium.phase, blunted_.back().get()});
     weights_[static_cast<std::size_t>(medium.channel)] += extinction;
     scatters_ = scatters_ || scattering > 0;
     one_albedo = one_albedo && at(medium.albedo) == at(cloud.media.front().albedo);

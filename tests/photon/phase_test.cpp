@@ -258,3 +258,38 @@ TEST_CASE("a phase function that makes no sense is refused", "[photon][phase]") 
   CHECK_THROWS_AS(PhaseFunction::table({0, 180}, {1}), InputError);
   CHECK_THROWS_AS(PhaseFunction::table({0}, {1}), InputError);
 }
+
+TEST_CASE("a blunted phase function has the wished height and moments that fall by one factor", "[phase]") {
+  // A table with a narrow peak that holds half of the light.
+  std::vector<double> angles, values;
+  for (int i = 0; i <= 1800; ++i) {
+    angles.push_back(0.1 * i);
+    const double one_minus = 1 - std::cos(angles.back() * kPi / 180);
+    values.push_back(2000 * std::exp(-one_minus / 5e-4) + 1);
+  }
+  for (const PhaseFunction& sharp :
+       {PhaseFunction::henyey_greenstein(0.9999), PhaseFunction::henyey_greenstein(-0.99), PhaseFunction::henyey_greenstein(1),
+        PhaseFunction::double_henyey_greenstein(0.98, -0.3, 0.8), PhaseFunction::table(angles, values)}) {
+    const PhaseFunction blunt = sharp.blunted(256);
+    double highest = 0, integral = 0;
+    constexpr int kSteps = 40000;
+    for (int i = 0; i < kSteps; ++i) {
+      const double value = blunt.value(-1 + 2 * (i + 0.5) / kSteps);
+      highest = std::max(highest, value);
+      integral += 2 * kPi * value * 2 / kSteps;
+    }
+    CHECK(4 * kPi * highest < 257);
+    CHECK(4 * kPi * highest > 100);
+    CHECK(integral == Approx(1).epsilon(1e-3));
+    const double factor = blunt.moment(1) / sharp.moment(1);
+    CHECK(factor > 0.85);
+    CHECK(factor < 1);
+  }
+  const PhaseFunction blunt = PhaseFunction::table(angles, values).blunted(256);
+  const PhaseFunction sharp = PhaseFunction::table(angles, values);
+  const double factor = blunt.moment(1) / sharp.moment(1);
+  for (const int l : {2, 3, 7}) CHECK(blunt.moment(l) == Approx(std::pow(factor, l) * sharp.moment(l)).epsilon(5e-3));
+  // What is low enough stays as it is.
+  const PhaseFunction same = PhaseFunction::henyey_greenstein(0.85).blunted(256);
+  for (const double mu : {-1.0, 0.3, 1.0}) CHECK(same.value(mu) == PhaseFunction::henyey_greenstein(0.85).value(mu));
+}

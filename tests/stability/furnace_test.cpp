@@ -19,7 +19,7 @@ constexpr double kRounding = 1e-6;  // of the batched walk, relative
 struct Furnace {
   std::uint64_t photons = 40000;
   int nearest = 64;
-  bool map = true;             // whether the map can see such light: README.md says where it cannot
+  double map_error = kMapError;
   bool photon_flux = true;     // whether enough photons pass the rectangle
   bool far = false;            // so far away that rounding decides on which side of a voxel's face a ray runs
 };
@@ -95,7 +95,6 @@ void check_furnace(const std::string& name, const WorldContents& contents, const
 
   for (const Estimator& estimator : kEstimators) {
     const bool map = estimator.bounces != kAllBounces;
-    if (map && !furnace.map) continue;
     INFO(estimator.name);
     RadianceSettings settings;
     settings.gather.nearest = furnace.nearest;
@@ -107,9 +106,9 @@ void check_furnace(const std::string& name, const WorldContents& contents, const
     if (map) {
       // The kernel's bias and sixteen batches' error.
       CHECK(std::abs(radiance.mean - kB) <= 5 * radiance.error + 0.04 * kB);
-      CHECK(radiance.error <= kMapError * kB);
+      CHECK(radiance.error <= furnace.map_error * kB);
       CHECK(std::abs(around.mean - 4 * kPi * kB) <= 5 * around.standard_error + 0.04 * 4 * kPi * kB);
-      CHECK(around.standard_error <= 2.5 * kMapError * 4 * kPi * kB);
+      CHECK(around.standard_error <= 2.5 * furnace.map_error * 4 * kPi * kB);
     } else {
       CHECK(agree(radiance.mean, radiance.error, kB, {.resolution = 0.1, .reference_error = kRounding * kB, .comparisons = kComparisons}));
       CHECK(agree(around.mean, around.standard_error, 4 * kPi * kB, {.resolution = 0.2, .reference_error = kRounding * 4 * kPi * kB, .comparisons = kComparisons}));
@@ -146,7 +145,8 @@ TEST_CASE("furnaces that scatter straight on or straight back are black", "[stab
   for (const double g : {0.9999, -0.9999, 1.0, -1.0}) {
     for (const double depth : {1e-3, 1.0, 30.0}) {
       Furnace furnace;
-      furnace.map = depth < 1;
+      // Few photons leave the beams of others: the map knows little, and says so.
+      if (depth > 1) furnace.map_error = 1;
       check_furnace("g " + std::to_string(g) + ", depth " + std::to_string(depth), cube(depth, 0.9, g), furnace);
     }
   }
