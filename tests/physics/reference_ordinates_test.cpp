@@ -41,7 +41,7 @@ class Held {
   }
   ~Held() {
     // Its own error holds nearly always.
-    CHECK(inside_ >= 0.9 * count_);
+    CHECK(inside_ >= std::floor(0.9 * count_));
     char text[120];
     std::snprintf(text, sizeof text, "worst %.1e; within its own error %d of %d", verified_.worst(), inside_, count_);
     verified_.note(text);
