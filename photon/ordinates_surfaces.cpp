@@ -15,11 +15,20 @@ void refuse_what_is_not_solved(const World& world, int interval) {
     throw NumericalError("ordinates", "surfaces among clouds that repeat are not solved by discrete ordinates",
                          "use the path tracer");
   }
+  if (!world.beams().empty() && world.surfaces_reflect(interval)) {
+    throw NumericalError("ordinates", "beams on surfaces that reflect are not solved by discrete ordinates",
+                         "use the path tracer");
+  }
   for (std::size_t i = 0; i < world.objects().size(); ++i) {
-    const MaterialOptics& material = world.material(interval, {static_cast<std::uint32_t>(i), 0});
-    if ((material.specular() > 0 && material.reflects()) || material.permeable() > 0) {
-      throw NumericalError("ordinates", "mirrors and permeable surfaces are not solved by discrete ordinates",
-                           "use the path tracer");
+    const Object& object = world.objects()[i];
+    const std::size_t faces = object.mesh && !object.mesh->slots.empty() ? object.mesh->faces.size() : 1;
+    for (std::size_t face = 0; face < faces; ++face) {
+      const MaterialOptics& material =
+          world.material(interval, {static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(face)});
+      if ((material.specular() > 0 && material.reflects()) || material.permeable() > 0) {
+        throw NumericalError("ordinates", "mirrors and permeable surfaces are not solved by discrete ordinates",
+                             "use the path tracer");
+      }
     }
   }
 }

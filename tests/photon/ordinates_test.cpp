@@ -470,4 +470,18 @@ TEST_CASE("too much memory and what cannot be solved are refused by name", "[ord
   contents.sources.push_back({Vec3d(30, 0, 0), 1, {1.0}});
   const World world(std::move(contents));
   CHECK_THROWS_AS(solve_ordinates(world, 0, {}), NumericalError);
+  for (const double emissivity : {1.0, 0.5}) {
+    WorldContents lit = grey_contents(wish, 1);
+    lit.beams.push_back({Vec3d(8, 8, 20), Vec3d(0, 0, -1), 1, {1.0}});
+    lit.materials.emplace_back().emissivity = {emissivity};
+    lit.objects.push_back(grey_object(parallelogram(Vec3d(0, 0, 8), Vec3d(16, 0, 0), Vec3d(0, 16, 0)), 0, 0));
+    const World on_plate(std::move(lit));
+    settings = {};
+    settings.cells = Vec3i(4);
+    if (emissivity < 1) {
+      CHECK_THROWS_AS(solve_ordinates(on_plate, 0, settings), NumericalError);
+    } else {
+      CHECK_NOTHROW(solve_ordinates(on_plate, 0, settings));
+    }
+  }
 }
