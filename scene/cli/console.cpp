@@ -73,8 +73,8 @@ void print_problems(const std::vector<Problem>& problems) {
   }
 }
 
-std::vector<Problem> output_problems(const std::vector<Output>& outputs, bool force,
-                                     const std::vector<std::filesystem::path>& inputs) {
+void check_outputs(const std::vector<Output>& outputs, bool force, const std::vector<std::filesystem::path>& inputs,
+                   std::vector<Problem> more) {
   std::vector<Problem> problems;
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     const auto& [file, option, extension] = outputs[i];
@@ -103,10 +103,8 @@ std::vector<Problem> output_problems(const std::vector<Output>& outputs, bool fo
       }
     }
   }
-  return problems;
-}
-
-void check_writable(const std::vector<Output>& outputs) {
+  problems.insert(problems.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+  if (!problems.empty()) throw InputError(std::move(problems));
   for (const Output& output : outputs) {
     const std::filesystem::path folder = output.file.has_parent_path() ? output.file.parent_path() : ".";
     if (access(folder.c_str(), W_OK) != 0) {

@@ -46,12 +46,11 @@ struct Output {
   std::string extension;  ///< that it has to have; empty: any
 };
 
-/// Problems of the outputs before any work is done: they exist and `force` is not given, their folder does
-/// not, their extension is another, two are the same, or one would replace an input (even with `force`).
-std::vector<Problem> output_problems(const std::vector<Output>& outputs, bool force,
-                                     const std::vector<std::filesystem::path>& inputs);
-
-/// @throws ResourceError where an output's folder cannot be written to: told before the work, not after
-void check_writable(const std::vector<Output>& outputs);
+/// Refuses outputs before any work is done: they exist and `force` is not given, their folder does not, their
+/// extension is another, two are the same, or one would replace an input (even with `force`).
+/// @param more  problems of the command beside, told in the same run
+/// @throws InputError with all of them; ResourceError where a folder cannot be written to
+void check_outputs(const std::vector<Output>& outputs, bool force, const std::vector<std::filesystem::path>& inputs,
+                   std::vector<Problem> more = {});
 
 }  // namespace obscura::cli

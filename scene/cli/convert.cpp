@@ -49,9 +49,7 @@ VoxelStream open_one_lattice(const ConvertArguments& a) {
 int convert(const ConvertArguments& a) {
   const double tolerance = parse_tolerance(a.tolerance, "--tolerance");
   const std::vector<Output> outputs = {{a.output, "OUT", ".vdb"}};
-  if (auto problems = output_problems(outputs, a.force, {a.input}); !problems.empty()) throw InputError(std::move(problems));
-
-  check_writable(outputs);
+  check_outputs(outputs, a.force, {a.input});
   catch_interrupts();
   Console console(a.quiet);
   const VoxelStream stream = open_one_lattice(a);

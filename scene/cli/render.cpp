@@ -89,11 +89,8 @@ int render(const RenderArguments& a, const CLI::App& app) {
       if (cloud.grid && !cloud.grid->file.empty()) inputs.push_back(cloud.grid->file);
     }
   }
-  const std::vector<Problem> wrong = output_problems(outputs, a.force, inputs);
-  problems.insert(problems.begin(), wrong.begin(), wrong.end());
-  if (!problems.empty()) throw InputError(std::move(problems));
+  check_outputs(outputs, a.force, inputs, std::move(problems));
 
-  check_writable(outputs);
   catch_interrupts();
   Console console(a.quiet);
   RunOptions options;

@@ -97,10 +97,7 @@ int verify(const VerifyArguments& a) {
   if (!a.report.empty()) outputs.push_back({a.report, "--output", ".html"});
   std::vector<std::filesystem::path> inputs;
   if (!a.scene.empty()) inputs.emplace_back(a.scene);
-  const std::vector<Problem> wrong = output_problems(outputs, a.force, inputs);
-  problems.insert(problems.begin(), wrong.begin(), wrong.end());
-  if (!problems.empty()) throw InputError(std::move(problems));
-  check_writable(outputs);
+  check_outputs(outputs, a.force, inputs, std::move(problems));
 
   catch_interrupts();
   Console console(a.quiet);

@@ -8,6 +8,7 @@
 #include "octree/base/error.h"
 #include "tests/support/csv.h"
 #include "tests/support/shapes_of_surfaces.h"
+#include "tests/support/slab_ordinates.h"
 #include "tests/support/slabs.h"
 
 using namespace obscura;
@@ -16,14 +17,6 @@ using namespace obscura::test;
 namespace {
 
 std::string table(const std::string& name) { return std::string(OBSCURA_TEST_DATA_DIR) + "/reference/" + name; }
-
-OrdinatesSettings slab_settings(int cells, int order) {
-  OrdinatesSettings settings;
-  settings.cells = Vec3i(1, 1, cells);
-  settings.order = order;
-  settings.quadrature = AngularQuadrature::double_gauss;
-  return settings;
-}
 
 /// Light of a sun at mu0: shares reflected, transmitted after scattering, absorbed.
 struct SlabShares {

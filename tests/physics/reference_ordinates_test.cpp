@@ -5,6 +5,7 @@
 #include "tests/support/reference_rules.h"
 #include "tests/support/reference_worlds.h"
 #include "tests/support/shapes_of_surfaces.h"
+#include "tests/support/slab_ordinates.h"
 
 using namespace obscura;
 using namespace obscura::test;
@@ -15,14 +16,6 @@ constexpr double kSide = 1;  // m, of the periodic cell
 const char* const kMethod = "discrete ordinates";
 
 World lit(const std::vector<Layer>& layers, double mu0) { return World(stack_contents({layers, kSide, mu0, 0})); }
-
-OrdinatesSettings slab_settings(int cells, int order) {
-  OrdinatesSettings settings;
-  settings.cells = Vec3i(1, 1, cells);
-  settings.order = order;
-  settings.quadrature = AngularQuadrature::double_gauss;
-  return settings;
-}
 
 /// Holds estimates to a tolerance, and to what they say of themselves.
 class Held {
