@@ -10,7 +10,7 @@ namespace {
 
 void refuse_unfit(const World& world, std::span<const FluxRectangle> rectangles) {
   if (!world.periodic()) return;
-  const char* remedy = "make the clouds not periodic";
+  const char* remedy = "use method \"path\", or make the clouds not periodic";
   if (!world.surfaces().empty() || !world.beams().empty()) {
     throw NumericalError("method \"photon\"",
                          "objects, hot spheres, particles and beams are finite, but photons of a periodic cloud stand "
