@@ -1,23 +1,18 @@
 #include "photon/surfaces.h"
 
 #include <embree3/rtcore.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <map>
+#include <mutex>
 #include <string>
 
 #include "octree/base/error.h"
+#include "photon/face_index.h"
 
 namespace obscura {
 namespace {
-
-/// A sphere of an object or a hot one, about the local origin.
-struct Ball {
-  Vec3d center;
-  double radius;
-  std::uint32_t surface;
-  bool seen_from_inside;
-};
 
 /// Where the ray passes through a sphere in double, or +inf: the numerically stable roots of the quadratic
 /// (Haines et al., "Precision improvements for ray/sphere intersection", Ray Tracing Gems, 2019).
@@ -61,6 +56,8 @@ struct Surfaces::Scene {
   Box3d bounds;     // about the local origin
   double pad = 0;   // m: what float rounds away
   double tie = 0;   // m: hits nearer to one another than this are at the same distance
+  mutable std::once_flag index_once;
+  mutable std::unique_ptr<FaceIndex> index;
 
   ~Scene() {
     if (scene) rtcReleaseScene(scene);
@@ -424,6 +421,16 @@ bool Surfaces::flat(const Vec3d& point, const Vec3d& normal, double radius) cons
     const double length = n.length();
     return std::abs(n.dot(normal)) < kParallel * length || std::abs((corners[0] - p).dot(n)) > kThin * radius * length;
   });
+}
+
+const FaceIndex& Surfaces::index() const {
+  std::call_once(scene_->index_once, [&] {
+    // Isolated: a thread that helps out must not take up work that asks for the index again.
+    tbb::this_task_arena::isolate([&] {
+      scene_->index = std::make_unique<FaceIndex>(scene_->objects, scene_->to_scene, scene_->balls, scene_->origin);
+    });
+  });
+  return *scene_->index;
 }
 
 Vec3d Surfaces::normal(const FaceId& face, const Vec3d& point) const noexcept {

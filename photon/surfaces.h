@@ -19,6 +19,8 @@ struct HotSphere {
   std::vector<double> radiance;
 };
 
+class FaceIndex;
+
 /// Names a face. The surfaces are the objects in their order, then the hot spheres.
 struct FaceId {
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
@@ -70,6 +72,10 @@ class Surfaces {
   std::array<Vec3d, 3> corners(const FaceId& face) const noexcept;
   /// Area of one side, m2.
   double area(const FaceId& face) const noexcept;
+
+  /// What conservative queries need; made when it is first asked for, which may take as long as the
+  /// constructor. Not for empty() surfaces.
+  const FaceIndex& index() const;
 
   /// How far a ray has to start from a surface so that rounding does not let it meet the same place
   /// again, m.

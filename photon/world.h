@@ -118,6 +118,7 @@ class World {
   double sky(int interval) const noexcept {
     return contents_.sky.empty() ? 0.0 : contents_.sky[static_cast<std::size_t>(interval)];
   }
+  const std::vector<Material>& materials() const noexcept { return contents_.materials; }
   const std::vector<Object>& objects() const noexcept { return contents_.objects; }
   /// Hot spheres first, then particles: the surfaces behind the objects.
   const std::vector<HotSphere>& spheres() const noexcept { return spheres_; }

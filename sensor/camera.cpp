@@ -96,4 +96,38 @@ std::optional<Ray> Camera::ray(double px, double py) const noexcept {
   return ray;
 }
 
+std::optional<Spot> Camera::spot(double px0, double py0, double px1, double py1) const noexcept {
+  constexpr double kWidest = 0.5;  // radians, of a fisheye's rectangle
+  const std::array<std::optional<Ray>, 4> rays{ray(px0, py0), ray(px1, py0), ray(px1, py1), ray(px0, py1)};
+  Spot spot;
+  bool any = false, all = true;
+  for (std::size_t i = 0; i < 4; ++i) {
+    any = any || rays[i];
+    all = all && rays[i];
+    if (rays[i]) spot.corners.fill(*rays[i]);
+  }
+  if (!any) return std::nullopt;
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (rays[i]) spot.corners[i] = *rays[i];
+  }
+  if (settings_.projection != Projection::fisheye) return spot;
+
+  // A straight line of the image, followed at one radian per radian, is a curve on the sphere of
+  // directions whose covariant acceleration is at most 2/3 of its angle from the axis and at most 0.66;
+  // so it leaves the great circle between its ends by no more than that times (1 / cos(length/2) - 1)
+  // (sensor/METHODS.md, "Fisheye").
+  const double width = std::abs(px1 - px0) * scale_, height = std::abs(py1 - py0) * scale_;
+  const double x = std::max(std::abs(px0 - 0.5 * columns()), std::abs(px1 - 0.5 * columns())) * scale_;
+  const double y = std::max(std::abs(py0 - 0.5 * rows()), std::abs(py1 - 0.5 * rows())) * scale_;
+  const double length = std::max(width, height);
+  const double farthest = std::hypot(x, y);
+  // Rounding near the antipode, where all directions of a rectangle are nearly one.
+  if (!all || length > kWidest || farthest > kPi - 1e-6) {
+    spot.bulge = kPi;
+  } else {
+    spot.bulge = std::min(0.66, 2.0 / 3.0 * farthest) * (1 / std::cos(0.5 * length) - 1);
+  }
+  return spot;
+}
+
 }  // namespace obscura

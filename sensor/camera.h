@@ -6,6 +6,7 @@
 
 #include "octree/base/error.h"
 #include "octree/base/math.h"
+#include "photon/spot.h"
 
 namespace obscura {
 
@@ -40,6 +41,11 @@ class Camera {
   /// The ray into the scene from a place on the image, with a unit direction: it looks against the
   /// light. Nothing where a fisheye has no direction, beyond 180 degrees from its axis.
   std::optional<Ray> ray(double px, double py) const noexcept;
+
+  /// What the rays of a rectangle on the image see. A fisheye's bulge bounds how far its straight lines bend
+  /// from planes; where the rectangle reaches beyond 180 degrees from the axis, or is wider than half a
+  /// radian, the spot holds all directions. Nothing where no corner has a ray.
+  std::optional<Spot> spot(double px0, double py0, double px1, double py1) const noexcept;
 
   int columns() const noexcept { return settings_.resolution[0]; }
   int rows() const noexcept { return settings_.resolution[1]; }
