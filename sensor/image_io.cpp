@@ -4,12 +4,13 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
+#include <cmath>
 #include <functional>
 #include <system_error>
+
+#include "sensor/whole_file_io.h"
 
 namespace obscura {
 namespace {
@@ -19,27 +20,6 @@ namespace fs = std::filesystem;
 std::string reason(std::string message, const char* otherwise) {
   while (!message.empty() && (message.back() == '\n' || message.back() == ' ')) message.pop_back();
   return message.empty() ? otherwise : message;
-}
-
-// Writes beside the target and renames: what was there is whole until what comes is whole.
-void write_atomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
-  static std::atomic<unsigned> counter{0};
-  fs::path temporary = path;
-  temporary.replace_filename(fmt::format(".{}.{}-{}{}", path.stem().string(), ::getpid(), counter++,
-                                         path.extension().string()));
-  std::error_code ignored, failure;
-  try {
-    write(temporary);
-    fs::rename(temporary, path, failure);
-  } catch (...) {
-    fs::remove(temporary, ignored);
-    throw;
-  }
-  if (failure) {
-    fs::remove(temporary, ignored);
-    throw ResourceError(path.string(), "cannot be written: " + failure.message(),
-                        "check the folder and its permissions");
-  }
 }
 
 // Scanlines from a function that fills `rows` of them, interleaved.
@@ -119,7 +99,7 @@ void write_image(const fs::path& path, const Image& image) {
       for (const std::span<const float> plane : planes) *out++ = plane[i];
     }
   };
-  write_atomically(path, [&](const fs::path& temporary) {
+  write_whole(path, [&](const fs::path& temporary) {
     write_rows<float>(temporary, path, "openexr", spec, OIIO::TypeDesc::FLOAT, fill);
   });
 }
@@ -179,7 +159,7 @@ OIIO::ImageSpec spec_of(const Raster& raster) {
 }  // namespace
 
 void write_png(const fs::path& path, const Raster& raster) {
-  write_atomically(path, [&](const fs::path& temporary) {
+  write_whole(path, [&](const fs::path& temporary) {
     write_rows<std::uint8_t>(temporary, path, "png", spec_of(raster), OIIO::TypeDesc::UINT8, rows_of(raster));
   });
 }
@@ -189,6 +169,26 @@ std::vector<std::uint8_t> png_bytes(const Raster& raster) {
   OIIO::Filesystem::IOVecOutput memory(bytes);
   write_rows<std::uint8_t>("memory.png", "picture", "png", spec_of(raster), OIIO::TypeDesc::UINT8, rows_of(raster), &memory);
   return bytes;
+}
+
+void write_counts(const fs::path& path, const Image& image, const std::string& channel) {
+  const std::span<const float> counts = image.channel(channel);
+  const bool png = path.extension() == ".png";
+  OIIO::ImageSpec spec(image.columns(), image.rows(), 1, OIIO::TypeDesc::UINT16);
+  spec.channelnames = {"Y"};
+  if (!png) spec.attribute("compression", "zip");
+  spec.attribute("Software", "obscura " OBSCURA_VERSION);
+  spec.attribute("DateTime", "");
+  const auto fill = [&](int y, int rows, std::uint16_t* out) {
+    const auto width = static_cast<std::size_t>(image.columns());
+    const std::size_t begin = static_cast<std::size_t>(y) * width;
+    for (std::size_t i = begin; i < begin + static_cast<std::size_t>(rows) * width; ++i) {
+      *out++ = static_cast<std::uint16_t>(std::lround(std::clamp(counts[i], 0.0f, 65535.0f)));
+    }
+  };
+  write_whole(path, [&](const fs::path& temporary) {
+    write_rows<std::uint16_t>(temporary, path, png ? "png" : "tiff", spec, OIIO::TypeDesc::UINT16, fill);
+  });
 }
 
 }  // namespace obscura

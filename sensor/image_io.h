@@ -1,4 +1,4 @@
-// Image files: OpenEXR for numbers, PNG for eyes. Written under a temporary name and renamed.
+// Image files: OpenEXR for numbers, PNG for eyes, PNG or TIFF for counts. Written under a temporary name and renamed.
 #pragma once
 
 #include <cstdint>
@@ -26,5 +26,10 @@ void write_png(const std::filesystem::path& path, const Raster& raster);
 
 /// The same file in memory.
 std::vector<std::uint8_t> png_bytes(const Raster& raster);
+
+/// A channel of whole numbers from 0 to 65535 as one channel of 16 bits, the values as they are: PNG where the name
+/// ends in .png, else TIFF. @throws InputError where there is no such channel, ResourceError where it cannot be written
+void write_counts(const std::filesystem::path& path, const Image& image, const std::string& channel);
+
 
 }  // namespace obscura
