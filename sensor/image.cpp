@@ -35,7 +35,8 @@ std::string camera_text(const CameraSettings& camera) {
 
 void copy(std::span<const float> from, std::span<float> to) { std::ranges::copy(from, to.begin()); }
 
-// Kelvin of the blackbody with the pixel's radiance; 0 where there is none.
+}  // namespace
+
 void fill_temperature(const Band& band, std::span<const float> radiance, std::span<float> kelvin) {
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, radiance.size(), 256), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
@@ -45,8 +46,6 @@ void fill_temperature(const Band& band, std::span<const float> radiance, std::sp
     }
   });
 }
-
-}  // namespace
 
 Image::Image(int columns, int rows) : columns_(columns), rows_(rows) {
   assert(columns >= 1 && rows >= 1);

@@ -66,6 +66,9 @@ struct ImageOrigin {
 /// rays.N. @pre as many bands as the film has
 Image develop(const Film& film, std::span<const Band> bands, const ImageOrigin& origin);
 
+/// Kelvin of the blackbody with each radiance; 0 where that is <= 0. @pre as many, the band is not grey
+void fill_temperature(const Band& band, std::span<const float> radiance, std::span<float> kelvin);
+
 /// Names of the bands: all X of channels "X.radiance", in the image's order.
 std::vector<std::string> band_names(const Image& image);
 
