@@ -9,6 +9,7 @@
 #include "photon/phase.h"
 #include "photon/spectrum.h"
 #include "sensor/camera.h"
+#include "sensor/detector.h"
 
 #include <array>
 #include <cstdint>
@@ -160,6 +161,7 @@ struct SensorDescription {
   int max_oversampling = 16;           ///< rays per pixel
   int specular_depth = 4;              ///< mirror reflections at most
   std::optional<int> scattering_depth; ///< none: no limit
+  DetectorSettings detector;
 };
 
 struct ProbeDescription {

@@ -96,6 +96,9 @@ std::string to_json(const Report& report) {
     }
     json["flux"].push_back(std::move(entry));
   }
+  for (const auto& [band, d] : report.detector) {
+    json["detector"][band] = {{"dead", d.dead}, {"above_range", d.above_range}, {"below_range", d.below_range}};
+  }
   json["warnings"] = report.warnings;
   json["partial"] = report.partial;
   return text_of(json);

@@ -63,6 +63,13 @@ struct FluxReport {
   std::vector<std::pair<std::string, CrossingReport>> bands;
 };
 
+/// Pixels of a band that do not respond, and those cut at the ends of the detector's range.
+struct DetectorReport {
+  std::uint64_t dead = 0;
+  std::uint64_t above_range = 0;
+  std::uint64_t below_range = 0;
+};
+
 /// Lists keep their order; pairs are (name, value).
 struct Report {
   std::string version, scene, hash;
@@ -77,6 +84,7 @@ struct Report {
   std::vector<std::pair<std::string, std::uint64_t>> anomalies;  ///< per kind, none where empty
   std::vector<ProbeReport> probes;
   std::vector<FluxReport> flux;
+  std::vector<std::pair<std::string, DetectorReport>> detector;  ///< per band; empty: there is none
   std::vector<std::string> warnings;
   bool partial = false;
 };

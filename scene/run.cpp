@@ -154,6 +154,17 @@ ImageOrigin origin_of(const Session& session, double time_s) {
   return origin;
 }
 
+// The detector's channels, beside those that stay as they are.
+void add_detector(const Session& session, double time_s, RunResult& result) {
+  const Description& scene = session.scene();
+  for (const DetectorTally& t : detect(result.image, session.world().bands(), scene.sensor.detector, {scene.render.seed, time_s})) {
+    result.report.detector.push_back({t.band, {t.dead, t.above, t.below}});
+    if (t.above + t.below == 0) continue;
+    result.report.warnings.push_back("the detector's range cuts " + std::to_string(t.above) + " pixels above and " +
+                                     std::to_string(t.below) + " below in band \"" + t.band + "\"");
+  }
+}
+
 }  // namespace
 
 RunResult run_scene(const Description& scene, const RunOptions& options, const Progress& progress) {
@@ -173,6 +184,7 @@ RunResult run_scene(const Description& scene, const RunOptions& options, const P
   stages.end("report");
 
   RunResult result{develop(rendered.film, session.world().bands(), origin_of(session, time_s)), std::move(report), {}};
+  add_detector(session, time_s, result);
   if (result.report.partial) result.image.metadata["obscura:partial"] = 1;
   result.report.time_s = stages.take();
   result.report.peak_MiB = peak_memory_MiB();

@@ -256,6 +256,33 @@ void check_sensor(Findings& findings, SensorDescription& s) {
   }
 }
 
+void check_detector(Findings& findings, const Description& scene) {
+  const DetectorSettings& d = scene.sensor.detector;
+  const std::string pointer = "/sensor/detector";
+  const auto at = [&](const char* key) { return pointer_to(pointer, key); };
+  for (std::size_t i = 0; i < scene.bands.size() && d.nedt_K > 0; ++i) {
+    if (!scene.bands[i].grey() || findings.bad(pointer_to(element("bands", i), "um"))) continue;
+    findings.problem(at("nedt_K"), fmt::format("a temperature says nothing in the grey band \"{}\"", scene.bands[i].name),
+                     "give \"ner\" instead, or give the band \"um\"");
+  }
+  if (d.nedt_K > 0 && d.ner > 0) {
+    findings.problem(at("ner"), "\"nedt_K\" and \"ner\" are both given", "give one of them");
+  }
+  for (const auto& [one, other] : {std::pair{"integration_s", "reference_integration_s"},
+                                   std::pair{"reference_integration_s", "integration_s"}}) {
+    if (!findings.good(at(one)) || findings.good(at(other)) || findings.bad(at(other))) continue;
+    if (one == std::string("integration_s") ? !d.integration_s : !d.reference_integration_s) continue;
+    findings.problem(at(other), fmt::format("\"{}\" is missing: \"{}\" is given", other, one),
+                     "the noise falls with the root of integration_s / reference_integration_s");
+  }
+  if (d.integration_s && !d.noisy()) {
+    findings.warn(at("integration_s") + ": it changes the noise, and there is none");
+  }
+  if (d.bits == 0 && !(d.range == DetectorSettings{}.range)) {
+    findings.warn(at("range") + ": it is the range of counts, and there are none without \"bits\"");
+  }
+}
+
 }  // namespace
 
 void check_description(Findings& findings, Description& scene) {
@@ -267,6 +294,7 @@ void check_description(Findings& findings, Description& scene) {
   check_names(findings, scene.flux, "flux", "flux");
   check_grey(findings, scene);
   check_sensor(findings, scene.sensor);
+  check_detector(findings, scene);
   if (scene.sun) check_direction(findings, "/environment/sun/toward", scene.sun->toward);
   if (scene.moon) check_direction(findings, "/environment/moon/toward", scene.moon->toward);
   for (std::size_t i = 0; i < scene.flux.size(); ++i) {

@@ -297,13 +297,28 @@ void keys(V& v, AntialiasingDescription&) {
   v.later("radiance", 0.05, "refine where the radiance varies by more, relative");
 }
 
-struct DetectorDescription {};
 template <class V>
-void keys(V& v, DetectorDescription&) {
-  v.later("psf_sigma_px", 0, "blur");
-  v.later("nedt_K", 0, "noise");
-  v.later("bits", 0, "quantisation");
-  v.later("range", Json::array({0, 1}), "range of the quantisation");
+void keys(V& v, DetectorSettings& d) {
+  v.optional("psf_sigma_px", d.psf_sigma_px, between(0, 1000), "standard deviation of a gaussian point spread, in pixels");
+  std::filesystem::path psf;
+  v.optional("psf_file", psf, any(), "picture of a point, in its place: one channel, odd sides");
+  v.point_spread(psf, d);
+  v.optional("nedt_K", d.nedt_K, between(0, 1e4), "noise: equivalent temperature difference; not in a grey band");
+  v.optional("nedt_at_K", d.nedt_at_K, above_to(0, 1e4), "the scene's temperature where nedt_K holds");
+  v.optional("ner", d.ner, between(0, 1e30), "in place of nedt_K: noise-equivalent radiance of the band");
+  v.optional("integration_s", d.integration_s, above_to(0, 1e9),
+             "integration time: the noise falls with its root from the reference's");
+  v.optional("reference_integration_s", d.reference_integration_s, above_to(0, 1e9),
+             "integration time at which the noise is stated");
+  v.optional("dead_share", d.dead_share, between(0, 1), "share of pixels without response");
+  v.optional("gain_nonuniformity", d.gain_nonuniformity, between(0, 1), "standard deviation of the pixels' gain, relative");
+  v.optional("offset_nonuniformity", d.offset_nonuniformity, between(0, 1e30),
+             "standard deviation of the pixels' offset, a radiance");
+  v.optional("gain", d.gain, above_to(0, 1e30), "signal = gain * radiance + offset");
+  v.optional("offset", d.offset, between(-1e30, 1e30), "signal = gain * radiance + offset");
+  v.optional("bits", d.bits, between(0, 16), "of the counts; 0: none");
+  v.optional("range", d.range, numbers(2, between(-1e30, 1e30)), "signals of the least and the greatest count");
+  v.optional("seed", d.seed, at_least(0), "of dead pixels and non-uniformity; absent: the render's");
 }
 
 template <class V>
@@ -321,8 +336,7 @@ void keys(V& v, SensorDescription& s) {
   v.optional("antialiasing", antialiasing, any(), "where to send more rays");
   v.optional("specular_depth", s.specular_depth, between(0, 1e9), "mirror reflections at most");
   v.optional("scattering_depth", s.scattering_depth, between(0, 1e9), "scatterings at most; null: no limit");
-  DetectorDescription detector;
-  v.optional("detector", detector, any(), "what the detector adds");
+  v.optional("detector", s.detector, any(), "what the detector does to the radiance");
 }
 
 template <class V>

@@ -2,6 +2,7 @@
 #include "scene/scene_keys.h"
 #include "scene/scene_reader.h"
 #include "scene/scene_table_io.h"
+#include "sensor/image_io.h"
 
 #include <fmt/format.h>
 
@@ -85,6 +86,21 @@ void ObjectReader::angle_factor(const std::vector<double>& angle_deg, const std:
   }
   material.angle_deg = angle_deg;
   material.angle_factor = factor;
+}
+
+void ObjectReader::point_spread(const std::filesystem::path& file, DetectorSettings& detector) {
+  const std::string pointer = pointer_to(pointer_, "psf_file");
+  if (!findings_.good(pointer)) return;
+  if (detector.psf_sigma_px > 0) {
+    findings_.problem(pointer, "\"psf_sigma_px\" and \"psf_file\" are both given", "give one of them");
+    return;
+  }
+  try {
+    detector.psf = point_spread_of(read_image(file));
+  } catch (const InputError& error) {
+    const Problem& p = error.problems().front();
+    findings_.problem(pointer, fmt::format("\"{}\" cannot be read as a point spread: {}", file.string(), p.problem), p.hint);
+  }
 }
 
 void ObjectReader::particles(const ParticlesDescription& description,

@@ -93,6 +93,7 @@ class ObjectReader {
   void periods(const std::vector<Axis>& axes, const std::vector<double>& periods, CloudDescription& cloud);
   void angle_factor(const std::vector<double>& angle_deg, const std::vector<double>& factor,
                     MaterialDescription& material);
+  void point_spread(const std::filesystem::path& file, DetectorSettings& detector);
   void particles(const ParticlesDescription& table, std::vector<ParticleDescription>& particles);
 
   /// Reports unknown keys with the nearest valid one, missing keys and forms that do not match.

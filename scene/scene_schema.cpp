@@ -126,7 +126,7 @@ Json default_of(const T& value) {
     return value;
   } else if constexpr (std::is_same_v<T, Vec3d>) {
     return Json::array({value.x, value.y, value.z});
-  } else if constexpr (std::is_same_v<T, std::array<int, 2>>) {
+  } else if constexpr (std::is_same_v<T, std::array<int, 2>> || std::is_same_v<T, std::array<double, 2>>) {
     return Json(value);
   } else if constexpr (std::is_same_v<T, Spectrum>) {
     return value.nodes_um().empty() ? Json(value.values()[0]) : Json(nullptr);
@@ -202,6 +202,7 @@ class ObjectSchema {
   void phase_function(const PhaseDescription&, PhaseFunction&) {}
   void periods(const std::vector<Axis>&, const std::vector<double>&, CloudDescription&) {}
   void angle_factor(const std::vector<double>&, const std::vector<double>&, MaterialDescription&) {}
+  void point_spread(const std::filesystem::path&, DetectorSettings&) {}
   void particles(const ParticlesDescription&, std::vector<ParticleDescription>&) {}
 
   Json finish() const {

@@ -21,6 +21,7 @@ struct SceneFolder : ScratchFolder {
     write("p.csv", "s,x_m,y_m,z_m,radius_m,K\n0,0,0,1,0.01,900\n1,0,0,2,0.01,800\n");
     write("truck.obj", "not read here");
     write("K.csv", "not read here");
+    write("psf.pgm", "P2 3 3 255 0 10 0 10 60 10 0 20 0\n");
     write("cloud.f32", "not read here");
     write("raw.json", R"({"raw": "cloud.f32"})");
   }
@@ -78,7 +79,10 @@ inline Json full_scene() {
                                 "temperature_K": 1, "emissivity": 0.02, "shadow": 0.05, "transmission": 0.05,
                                 "radiance": 0.05},
                "specular_depth": 4, "scattering_depth": null,
-               "detector": {"psf_sigma_px": 0, "nedt_K": 0, "bits": 0, "range": [0, 1]}},
+               "detector": {"psf_sigma_px": 0, "psf_file": "psf.pgm", "nedt_K": 0.05, "nedt_at_K": 290, "ner": 0,
+                            "integration_s": 0.01, "reference_integration_s": 0.02, "dead_share": 0.001,
+                            "gain_nonuniformity": 0.01, "offset_nonuniformity": 0.02, "gain": 2, "offset": -1,
+                            "bits": 14, "range": [0, 50], "seed": 3}},
     "probes": [{"name": "p", "position_m": [0, 0, 0]}],
     "flux": [{"name": "top", "center_m": [0, 0, 1], "normal": [0, 0, 1], "size_m": [2, 2]}],
     "beams": [{"position_m": [0, 0, 5], "toward": [0, 0, -1], "radius_m": 0, "power": 1}],

@@ -80,6 +80,9 @@ TEST_CASE("the smallest scene holds the defaults", "[scene][reader]") {
   CHECK(scene.materials.empty());
   CHECK_FALSE(scene.moon);
   CHECK_FALSE(scene.atmosphere);
+  CHECK_FALSE(scene.sensor.detector.on());
+  CHECK(scene.sensor.detector.nedt_at_K == 300);
+  CHECK(scene.sensor.detector.range == std::array<double, 2>{0, 1});
   CHECK(scene.render.photons == 1000000);
   CHECK(scene.render.nearest == 64);
   CHECK(scene.render.kernel == Kernel::epanechnikov);
@@ -165,6 +168,21 @@ TEST_CASE("what a scene says arrives in the description", "[scene][reader]") {
   CHECK(other.sun->diameter_deg == 0.533);
   // SCENE.md: (sin z sin a, sin z cos a, cos z) at z = 30, a = 135 degrees.
   CHECK((other.sun->toward - Vec3d(0.353553, -0.353553, 0.866025)).length() < 1e-6);
+  const DetectorSettings& detector = scene.sensor.detector;
+  CHECK(detector.psf.columns == 3);
+  CHECK(detector.psf.weights[4] == Approx(60.0 / 110));
+  CHECK(detector.nedt_K == 0.05);
+  CHECK(detector.nedt_at_K == 290);
+  CHECK(detector.integration_s == 0.01);
+  CHECK(detector.reference_integration_s == 0.02);
+  CHECK(detector.dead_share == 0.001);
+  CHECK(detector.gain_nonuniformity == 0.01);
+  CHECK(detector.offset_nonuniformity == 0.02);
+  CHECK(detector.gain == 2);
+  CHECK(detector.offset == -1);
+  CHECK(detector.bits == 14);
+  CHECK(detector.range == std::array<double, 2>{0, 50});
+  CHECK(detector.seed == 3u);
   CHECK(other.sensor.scattering_depth == 3);
   CHECK(other.sensor.width_m == 5);
   CHECK(other.render.kernel == Kernel::cone);
@@ -192,7 +210,8 @@ TEST_CASE("null is the default everywhere", "[scene][reader]") {
       const std::string name = pointer.to_string();
       INFO(name << text_of(problems));
       const bool required = name == "/sensor/position_m" || name == "/sensor/look_at_m" ||
-                            name == "/environment/sun/toward";
+                            name == "/environment/sun/toward" ||
+                            name.ends_with("integration_s");  // the reference goes with the time, and back
       CHECK(problems.size() == (required ? 1 : 0));
     }
   }
@@ -446,8 +465,7 @@ TEST_CASE("keys that come later are refused by name unless they hold their defau
        {"/objects/0/trajectory", "/objects/0/carried_by", "/clouds/0/trajectory", "/clouds/0/carried_by",
         "/clouds/0/media/0/mie", "/clouds/0/media/0/coefficients", "/clouds/0/media/0/radius", "/environment/sky/file",
         "/environment/sky/elevation_deg", "/sensor/antialiasing/polygons", "/sensor/antialiasing/polygons_strict",
-        "/sensor/antialiasing/radiance", "/sensor/detector/bits", "/sensor/detector/range", "/render/target_error",
-        "/render/time_limit_s", "/render/memory_MiB"}) {
+        "/sensor/antialiasing/radiance", "/render/target_error", "/render/time_limit_s", "/render/memory_MiB"}) {
     later.push_back({pointer, some, pointer, "not available yet"});
     later.push_back({pointer, 12, pointer, "not available yet"});
   }
