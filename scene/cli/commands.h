@@ -18,6 +18,7 @@ Command add_render(CLI::App& program);
 Command add_info(CLI::App& program);
 Command add_convert(CLI::App& program);
 Command add_compare(CLI::App& program);
+Command add_export(CLI::App& program);
 Command add_schema(CLI::App& program);
 Command add_verify(CLI::App& program);
 

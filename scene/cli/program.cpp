@@ -24,6 +24,7 @@ const char* const kFooter =
     "  obscura render smoke.json -o quick.exr --photons 1e5 --set /sensor/resolution=[80,60]\n"
     "  obscura info cloud.vdb\n"
     "  obscura convert cloud.nc cloud.vdb --tolerance 0.1%\n"
+    "  obscura export image.exr --envi image.hdr\n"
     "  obscura compare image.exr reference.exr\n"
     "  obscura verify smoke.json -o verify.html\n"
     "\n"
@@ -83,7 +84,8 @@ int dispatch(int argc, char** argv) {
   program.set_help_flag("-h,--help", "Print this help");
   program.footer(kFooter);
   const std::vector<Command> commands = {add_render(program), add_info(program), add_convert(program),
-                                         add_compare(program), add_verify(program), add_schema(program)};
+                                         add_compare(program), add_export(program), add_verify(program),
+                                         add_schema(program)};
   const std::vector<std::string> names = names_of(commands);
   if (const auto problem = command_problem(argc, argv, names)) return report({*problem});
   try {

@@ -1,6 +1,7 @@
 // obscura render: from a scene file to an image and its report.
 #include "commands.h"
 #include "console.h"
+#include "exports.h"
 #include "quantities.h"
 #include "scene/run.h"
 #include "scene/scene_io.h"
@@ -9,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 
@@ -19,6 +21,7 @@ struct RenderArguments {
   std::string scene, output, report, preview;
   std::string method, photons, samples, time, target_error, time_limit, seed, memory;
   std::vector<std::string> set;
+  Exports exports;
   int threads = 0;
   bool force = false, quiet = false;
 };
@@ -58,11 +61,31 @@ std::vector<SceneEdit> edits_of(const RenderArguments& a, const CLI::App& app, s
   return edits;
 }
 
-// p.png for one band; p.png and p.<band>.png for several.
-std::filesystem::path preview_file(const std::string& preview, const Description& scene, std::size_t band) {
-  std::filesystem::path file(preview);
-  if (band == 0) return file;
-  return file.replace_extension("." + scene.bands[band].name + ".png");
+// What the scene says about the image to come.
+ExportSource source_of(const Description& scene) {
+  ExportSource source;
+  for (const BandDescription& band : scene.bands) source.bands.push_back(band.name);
+  source.resolution = scene.sensor.resolution;
+  source.has_counts = scene.sensor.detector.bits > 0;
+  source.no_counts = "give \"bits\" in the scene's sensor/detector, or --set /sensor/detector/bits=14";
+  return source;
+}
+
+// Quantities of a band that every image, or the image of such a scene, has.
+void check_quantity(const std::string& quantity, const Description& scene, std::vector<Problem>& problems) {
+  std::vector<std::string> known = {"radiance", "error", "transmission"};
+  const bool grey = std::any_of(scene.bands.begin(), scene.bands.end(), [](const auto& band) { return band.grey(); });
+  if (!grey) known.push_back("temperature");
+  if (scene.render.method != MethodKind::path) known.push_back("bias");
+  if (scene.atmosphere) known.push_back("transmission_atmosphere");
+  if (scene.sensor.detector.on()) {
+    known.push_back("detector");
+    if (!grey) known.push_back("detector_temperature");
+    if (scene.sensor.detector.bits > 0) known.push_back("counts");
+  }
+  if (std::find(known.begin(), known.end(), quantity) != known.end()) return;
+  problems.push_back({"--quantity", "the bands will not all have a channel \"" + quantity + "\"",
+                      fmt::format("give one of {}", fmt::join(known, ", "))});
 }
 
 int render(const RenderArguments& a, const CLI::App& app) {
@@ -78,10 +101,14 @@ int render(const RenderArguments& a, const CLI::App& app) {
   const std::filesystem::path report_file =
       a.report.empty() ? std::filesystem::path(a.output).replace_extension(".json") : std::filesystem::path(a.report);
   std::vector<Output> outputs = {{a.output, "--output", ".exr"}, {report_file, "--report", ""}};
-  if (!a.preview.empty()) {
-    for (std::size_t band = 0; band < (scene ? scene->bands.size() : 1); ++band) {
-      outputs.push_back({scene ? preview_file(a.preview, *scene, band) : std::filesystem::path(a.preview), "--preview", ".png"});
-    }
+  const ExportSource source = scene ? source_of(*scene) : ExportSource{};
+  for (std::size_t band = 0; band < std::max<std::size_t>(1, source.bands.size()) && !a.preview.empty(); ++band) {
+    outputs.push_back({file_of_band(a.preview, source.bands, band), "--preview", ".png"});
+  }
+  if (scene) {
+    if (!a.exports.envi.empty()) check_quantity(a.exports.quantity, *scene, problems);
+    const std::vector<Output> more = export_outputs(a.exports, source, problems);
+    outputs.insert(outputs.end(), more.begin(), more.end());
   }
   std::vector<std::filesystem::path> inputs = {a.scene};
   if (scene) {
@@ -101,10 +128,11 @@ int render(const RenderArguments& a, const CLI::App& app) {
   write_image(a.output, result.image);
   write_report(report_file, result.report);
   if (!a.preview.empty()) {
-    for (std::size_t band = 0; band < scene->bands.size(); ++band) {
-      write_preview_sheet(preview_file(a.preview, *scene, band), result.image, scene->bands[band].name);
+    for (std::size_t band = 0; band < source.bands.size(); ++band) {
+      write_preview_sheet(file_of_band(a.preview, source.bands, band), result.image, source.bands[band]);
     }
   }
+  write_exports(a.exports, result.image);
   print_warnings(result.report.warnings);
   if (!a.quiet) {
     std::string written = a.output + ", " + report_file.string();
@@ -141,6 +169,8 @@ Command add_render(CLI::App& program) {
       ->type_name("/POINTER=VALUE")->type_size(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->allow_extra_args(false)->group(wish);
 
+  add_export_options(*app, a->exports);
+
   const char* const limits = "Limits";
   app->add_option("--threads", a->threads, "Threads; default: all. Results do not depend on it")
       ->type_name("N")->check(CLI::Range(1, 4096))->group(limits);
@@ -152,7 +182,8 @@ Command add_render(CLI::App& program) {
       "Ctrl-C writes what there is, marked partial.\n\n"
       "Examples:\n"
       "  obscura render smoke.json -o night.exr --preview night.png\n"
-      "  obscura render smoke.json -o quick.exr -f --photons 1e5 --set /sensor/resolution=[80,60]");
+      "  obscura render smoke.json -o quick.exr -f --photons 1e5 --set /sensor/resolution=[80,60]\n"
+      "  obscura render smoke.json -o seen.exr --set /sensor/detector/bits=14 --set /sensor/detector/range=[20,60] --counts seen.png");
   return {app, [a, app] { return render(*a, *app); }};
 }
 

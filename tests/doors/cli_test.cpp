@@ -265,6 +265,51 @@ TEST_CASE("a scene becomes an image and a report", "[doors][cli]") {
   CHECK(run_program("compare '" + folder.file("a.exr") + "' /absent.exr").exit_code == 2);
 }
 
+TEST_CASE("render and export write ENVI, counts and tables of pixels", "[doors][cli][detector]") {
+  const Folder folder("exports");
+  const std::string command = "render '" + folder.file("scene.json") + "' -o '" + folder.file("a.exr") + "' ";
+  // Everything that cannot be is told before any work.
+  Said said = run_program(command + "--counts '" + folder.file("c.jpg") + "' --csv '" + folder.file("t.csv") +
+                          "' --region 0,0,9,1 --envi '" + folder.file("e.hdr") + "' --quantity detector");
+  INFO(said.out << said.err);
+  CHECK(said.exit_code == 2);
+  CHECK(contains(said.err, "--counts: there are no counts"));
+  CHECK(contains(said.err, "--set /sensor/detector/bits=14"));
+  CHECK(contains(said.err, "does not end in .png or .tif"));
+  CHECK(contains(said.err, "--region: it leaves the image of 8 x 6 pixels"));
+  CHECK(contains(said.err, "--quantity: the bands will not all have a channel \"detector\""));
+  said = run_program(command + "--line 0,0,7,5");
+  CHECK(contains(said.err, "--line: it says which pixels --csv gets"));
+  CHECK_FALSE(folder.has("a.exr"));
+
+  said = run_program(command + "--set /sensor/detector/bits=12 --set /sensor/detector/range=[10,30] --set " +
+                     "'/bands/1={\"name\": \"mwir\", \"um\": [3, 5]}' --counts '" + folder.file("c.png") + "' --csv '" +
+                     folder.file("t.csv") + "' --line 0,0,7,5 --envi '" + folder.file("e.hdr") + "' --quantity counts");
+  INFO(said.out << said.err);
+  CHECK(said.exit_code == 0);
+  for (const char* name : {"a.exr", "a.json", "c.png", "c.mwir.png", "t.csv", "e.hdr", "e.img"}) CHECK(folder.has(name));
+  CHECK(std::filesystem::file_size(folder.path() / "e.img") == 8 * 6 * 2 * 4);
+  CHECK(contains(said.err, "the detector's range cuts"));  // 3 to 5 um has less than 10 W/m2/sr
+  CHECK(Json::parse(std::ifstream(folder.file("a.json")))["detector"]["mwir"]["below_range"] == 48);
+
+  const std::string other = "export '" + folder.file("a.exr") + "' ";
+  said = run_program(other + "--csv '" + folder.file("u.csv") + "' --region 1,2,3,4 --counts '" + folder.file("c.tif") + "'");
+  INFO(said.out << said.err);
+  CHECK(said.exit_code == 0);
+  CHECK(folder.has("c.mwir.tif"));
+  std::ostringstream table;
+  table << std::ifstream(folder.file("u.csv")).rdbuf();
+  CHECK(lines_with(table.str(), ",") == 13);
+  CHECK(contains(table.str(), "lwir.counts"));
+  said = run_program(other + "--csv '" + folder.file("u.csv") + "'");
+  CHECK(said.exit_code == 2);
+  CHECK(contains(said.err, "-f replaces it"));
+  said = run_program(other + "--envi '" + folder.file("v.hdr") + "' --quantity radience");
+  CHECK(said.exit_code == 2);
+  CHECK(contains(said.err, "the image has no channel lwir.radience"));
+  CHECK(contains(run_program(other).err, "nothing is asked for"));
+}
+
 TEST_CASE("warnings go to stderr even when quiet", "[doors][cli]") {
   const Folder folder("warnings");
   const Said said = run_program("render '" + folder.file("scene.json") + "' -o '" + folder.file("a.exr") +
