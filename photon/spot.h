@@ -8,9 +8,10 @@
 #include <optional>
 
 #include "octree/base/math.h"
-#include "photon/world.h"
 
 namespace obscura {
+
+class World;
 
 /// What rays between four neighbouring ones may see.
 struct Spot {

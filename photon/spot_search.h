@@ -8,6 +8,7 @@
 #include "photon/spot.h"
 #include "photon/spot_region.h"
 #include "photon/spot_seen.h"
+#include "photon/world.h"
 
 namespace obscura {
 

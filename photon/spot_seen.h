@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "photon/spot.h"
+#include "photon/world.h"
 
 namespace obscura::detail {
 
