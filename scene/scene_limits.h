@@ -49,7 +49,7 @@ inline Limits files(std::vector<std::string> extensions) { return {.extensions =
 
 /// One word of an enumeration; one that is not available yet is refused by name.
 template <class E>
-struct Word {
+struct EnumWord {
   std::string_view text;
   E value;
   bool later = false;
@@ -61,31 +61,31 @@ struct Words;
 enum class Axis { x, y };
 template <>
 struct Words<Axis> {
-  static constexpr std::array<Word<Axis>, 2> list{{{"x", Axis::x}, {"y", Axis::y}}};
+  static constexpr std::array<EnumWord<Axis>, 2> list{{{"x", Axis::x}, {"y", Axis::y}}};
 };
 template <>
 struct Words<Projection> {
-  static constexpr std::array<Word<Projection>, 3> list{{
+  static constexpr std::array<EnumWord<Projection>, 3> list{{
       {"perspective", Projection::perspective},
       {"orthographic", Projection::orthographic},
       {"fisheye", Projection::fisheye}}};
 };
 template <>
 struct Words<MethodKind> {
-  static constexpr std::array<Word<MethodKind>, 3> list{{{"photon", MethodKind::photon},
+  static constexpr std::array<EnumWord<MethodKind>, 3> list{{{"photon", MethodKind::photon},
                                                          {"baked", MethodKind::baked, true},
                                                          {"path", MethodKind::path}}};
 };
 template <>
 struct Words<Kernel> {
-  static constexpr std::array<Word<Kernel>, 4> list{{{"constant", Kernel::constant},
+  static constexpr std::array<EnumWord<Kernel>, 4> list{{{"constant", Kernel::constant},
                                                          {"epanechnikov", Kernel::epanechnikov},
                                                          {"cone", Kernel::cone},
                                                          {"gaussian", Kernel::gaussian}}};
 };
 template <>
 struct Words<Directions> {
-  static constexpr std::array<Word<Directions>, 3> list{{{"stratified", Directions::stratified},
+  static constexpr std::array<EnumWord<Directions>, 3> list{{{"stratified", Directions::stratified},
                                                              {"regular", Directions::regular},
                                                              {"random", Directions::random}}};
 };

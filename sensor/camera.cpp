@@ -1,5 +1,7 @@
 #include "sensor/camera.h"
 
+#include "photon/spot.h"
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>

@@ -6,9 +6,10 @@
 
 #include "octree/base/error.h"
 #include "octree/base/math.h"
-#include "photon/spot.h"
 
 namespace obscura {
+
+struct Spot;  // photon/spot.h
 
 enum class Projection { perspective, orthographic, fisheye };
 
