@@ -25,8 +25,8 @@ std::pair<double, double> factor_range(const Material& material, double low, dou
   };
   low *= 180 / kPi;
   high *= 180 / kPi;
-  std::pair range = std::minmax(value(low), value(high));
-  std::pair<double, double> result{range.first, range.second};
+  const double first = value(low), last = value(high);
+  std::pair<double, double> result{std::min(first, last), std::max(first, last)};
   for (std::size_t i = 0; i < at.size(); ++i) {
     if (at[i] <= low || at[i] >= high) continue;
     result.first = std::min(result.first, factor[i]);

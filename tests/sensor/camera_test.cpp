@@ -184,3 +184,45 @@ TEST_CASE("settings that make no picture are named", "[sensor][camera]") {
           s.fov_deg = 360;
         }) == "nothing");
 }
+
+TEST_CASE("a spot's planes hold every ray of its rectangle, and little more", "[sensor][camera]") {
+  struct View {
+    Projection projection;
+    double fov_deg;
+    int columns, rows;
+  };
+  for (const View& view : {View{Projection::perspective, 90, 16, 12}, View{Projection::fisheye, 180, 16, 16}, View{Projection::fisheye, 350, 40, 40}}) {
+    const Camera camera(looking_north(view.projection, view.fov_deg, view.columns, view.rows));
+    double worst = 0;
+    for (int y = 0; y < view.rows; ++y) {
+      for (int x = 0; x < view.columns; ++x) {
+        const std::optional<Spot> spot = camera.spot(x, y, x + 1, y + 1);
+        if (!spot || spot->bulge > 1) continue;
+        Vec3d middle(0);
+        for (const Ray& ray : spot->corners) middle += ray.direction;
+        double most = 0;
+        for (int i = 0; i < 4; ++i) {
+          const Vec3d a = spot->corners[static_cast<std::size_t>(i)].direction, b = spot->corners[static_cast<std::size_t>((i + 1) % 4)].direction;
+          Vec3d n = a.cross(b).normalized();
+          if (n.dot(middle) < 0) n = -n;
+          for (int k = 0; k <= 16; ++k) {
+            const double s = k / 16.0;
+            for (const auto& [u, v] : {std::pair(s, 0.0), std::pair(1.0, s), std::pair(s, 1.0), std::pair(0.0, s)}) {
+              most = std::max(most, std::asin(-n.dot(camera.ray(x + u, y + v)->direction)));
+            }
+          }
+        }
+        CAPTURE(x, y, most, spot->bulge);
+        CHECK(most <= spot->bulge + 1e-14);
+        if (spot->bulge > 0) worst = std::max(worst, most / spot->bulge);
+      }
+    }
+    CHECK((view.projection == Projection::fisheye ? worst > 0.3 : worst == 0));
+  }
+  const Camera all(looking_north(Projection::fisheye, 360, 64, 64));
+  CHECK_FALSE(all.spot(0, 0, 1, 1).has_value());
+  CHECK(all.spot(0, 31, 1, 32)->bulge > 1);
+  CHECK(all.spot(0, 0, 64, 64) == std::nullopt);
+  const Camera parallel(looking_north(Projection::orthographic, 0, 8, 8));
+  CHECK(parallel.spot(1, 1, 2, 2)->corners[0].direction == parallel.spot(5, 5, 6, 6)->corners[3].direction);
+}
