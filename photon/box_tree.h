@@ -2,6 +2,7 @@
 // rays and points.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -23,7 +24,7 @@ struct HalfSpace {
 class BoxTree {
  public:
   /// Most half-spaces that a region may have.
-  static constexpr std::size_t kMaxPlanes = 16;
+  static constexpr std::size_t kMaxPlanes = 8;
 
   BoxTree() = default;
   /// Splits by the surface area heuristic in 16 bins (Wald, "On fast construction of SAH-based bounding
@@ -36,21 +37,16 @@ class BoxTree {
   template <class Visit>
   bool any(std::span<const HalfSpace> region, Visit&& visit) const {
     if (nodes_.empty()) return false;
-    struct Entry {
-      std::uint32_t node, planes;
-    };
-    std::array<Entry, kMaxDepth + 2> stack;
+    std::array<std::uint32_t, kMaxDepth + 2> stack;
     std::size_t size = 0;
-    const auto push = [&](std::uint32_t node, std::uint32_t planes) {
-      if (reaches(nodes_[node], region, planes)) stack[size++] = {node, planes};
-    };
-    push(0, (1u << region.size()) - 1);
+    const Planes planes(region, nodes_[0]);
+    if (planes.reach(nodes_[0])) stack[size++] = 0;
     while (size > 0) {
-      const Entry at = stack[--size];
-      const Node& node = nodes_[at.node];
+      const std::uint32_t at = stack[--size];
+      const Node& node = nodes_[at];
       if (node.count == 0) {
-        push(node.first, at.planes);
-        push(at.node + 1, at.planes);
+        if (planes.reach(nodes_[node.first])) stack[size++] = node.first;
+        if (planes.reach(nodes_[at + 1])) stack[size++] = at + 1;
         continue;
       }
       for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
@@ -73,22 +69,35 @@ class BoxTree {
   };
   struct Builder;
 
-  /// False where the box is outside one of the planes; drops those that it is wholly inside of.
-  static bool reaches(const Node& node, std::span<const HalfSpace> region, std::uint32_t& planes) noexcept {
-    for (std::uint32_t left = planes; left != 0; left &= left - 1) {
-      const HalfSpace& plane = region[static_cast<std::size_t>(__builtin_ctz(left))];
-      double inner = plane.offset, outer = plane.offset;
-      for (int axis = 0; axis < 3; ++axis) {
-        const double low = plane.normal[axis] * static_cast<double>(node.low[axis]);
-        const double high = plane.normal[axis] * static_cast<double>(node.high[axis]);
-        inner += low < high ? high : low;
-        outer += low < high ? low : high;
+  /// A region in float for boxes: each half-space is moved outward by what rounding may take away.
+  struct Planes {
+    Planes(std::span<const HalfSpace> region, const Node& all) noexcept {
+      for (std::size_t i = 0; i < region.size(); ++i) {
+        double size = std::abs(region[i].offset);
+        for (int axis = 0; axis < 3; ++axis) {
+          const double n = region[i].normal[axis];
+          high[axis][i] = static_cast<float>(std::max(n, 0.0));
+          low[axis][i] = static_cast<float>(std::min(n, 0.0));
+          size += std::abs(n) * static_cast<double>(std::max(std::abs(all.low[axis]), std::abs(all.high[axis])));
+        }
+        offset[i] = static_cast<float>(region[i].offset + 8 * static_cast<double>(std::numeric_limits<float>::epsilon()) * size);
       }
-      if (inner < 0) return false;
-      if (outer >= 0) planes &= ~(left & -left);
     }
-    return true;
-  }
+    /// False where the box is outside one of the half-spaces.
+    bool reach(const Node& node) const noexcept {
+      std::array<float, kMaxPlanes> inner;
+      for (std::size_t i = 0; i < kMaxPlanes; ++i) {
+        inner[i] = offset[i] + high[0][i] * node.high[0] + low[0][i] * node.low[0] + high[1][i] * node.high[1] + low[1][i] * node.low[1] +
+                   high[2][i] * node.high[2] + low[2][i] * node.low[2];
+      }
+      float least = inner[0];
+      for (std::size_t i = 1; i < kMaxPlanes; ++i) least = inner[i] < least ? inner[i] : least;
+      return least >= 0;
+    }
+
+    std::array<float, kMaxPlanes> offset{};
+    std::array<std::array<float, kMaxPlanes>, 3> high{}, low{};  // positive and negative parts of the normals
+  };
 
   std::vector<Node> nodes_;
   std::vector<std::uint32_t> order_;

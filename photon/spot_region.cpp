@@ -23,18 +23,22 @@ bool Fragment::cut(const HalfSpace& half) noexcept {
     size = 0;
     return false;
   }
-  const Fragment old = *this;
-  size = 0;
-  for (std::size_t i = 0; i < old.size; ++i) {
-    const std::size_t j = i + 1 < old.size ? i + 1 : 0;
+  std::array<Vec3d, kMost> left;
+  std::array<int, kMost> left_sides;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < size; ++i) {
+    const std::size_t j = i + 1 < size ? i + 1 : 0;
     if (height[i] >= 0) {
-      corners[size] = old.corners[i];
-      sides[size++] = old.sides[i];
+      left[count] = corners[i];
+      left_sides[count++] = sides[i];
     }
     if ((height[i] < 0) == (height[j] < 0)) continue;
-    corners[size] = old.corners[i] + height[i] / (height[i] - height[j]) * (old.corners[j] - old.corners[i]);
-    sides[size++] = height[i] < 0 ? old.sides[i] : kNoSide;
+    left[count] = corners[i] + height[i] / (height[i] - height[j]) * (corners[j] - corners[i]);
+    left_sides[count++] = height[i] < 0 ? sides[i] : kNoSide;
   }
+  std::copy_n(left.begin(), count, corners.begin());
+  std::copy_n(left_sides.begin(), count, sides.begin());
+  size = count;
   return true;
 }
 
@@ -61,7 +65,7 @@ SpotRegion::SpotRegion(const Spot& spot, const Vec3d& origin, double slack, cons
   if (central_ && bounded_) {
     double widest = 1;
     for (const Ray& ray : rays) widest = std::min(widest, ray.direction.dot(axis_));
-    widest = std::cos(std::acos(std::clamp(widest, -1.0, 1.0)) + spot.bulge);
+    if (spot.bulge > 0) widest = std::cos(std::acos(std::clamp(widest, -1.0, 1.0)) + spot.bulge);
     bounded_ = widest > kWidest;
     for (std::size_t i = 0; i < 4 && bounded_; ++i) {
       const Vec3d& a = rays[i].direction;
@@ -104,14 +108,6 @@ SpotRegion::SpotRegion(const Spot& spot, const Vec3d& origin, double slack, cons
       // Neighbouring sides in one plane: the corner between them will do.
       edges_[i] = length > 1e-9 ? edge / length : rays[i].direction;
     }
-    for (std::size_t i = 0; i < 4; ++i) {
-      for (std::size_t j = 0; j < i; ++j) {
-        const double apart = ((central_ ? edges_[i] - edges_[j] : starts_[i] - starts_[j])).length();
-        spread_ = std::max(spread_, central_ ? 2 * std::asin(std::min(1.0, 0.5 * apart)) : apart);
-      }
-    }
-  } else {
-    spread_ = 2 * kPi;
   }
   // Nothing behind the eye.
   if (bounded_) planes_[count_++] = {axis_, slack - axis_.dot(eye_)};
@@ -135,6 +131,15 @@ SpotRegion::SpotRegion(const Spot& spot, const Vec3d& origin, double slack, cons
     start_ = count_;
     planes_[count_++] = begin;
   }
+}
+
+double SpotRegion::spread() const noexcept {
+  if (!bounded_) return 2 * kPi;
+  double most = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t j = 0; j < i; ++j) most = std::max(most, (central_ ? edges_[i] - edges_[j] : starts_[i] - starts_[j]).length());
+  }
+  return central_ ? 2 * std::asin(std::min(1.0, 0.5 * most)) : most;
 }
 
 double SpotRegion::distance_to(const Vec3d& x) const noexcept {

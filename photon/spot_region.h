@@ -13,7 +13,7 @@ namespace obscura::detail {
 /// A triangle, or what is left of it: convex. An edge goes from its corner to the next.
 struct Fragment {
   static constexpr int kNoSide = -1;
-  static constexpr std::size_t kMost = 3 + BoxTree::kMaxPlanes;
+  static constexpr std::size_t kMost = 6 + BoxTree::kMaxPlanes;
 
   explicit Fragment(const std::array<Vec3d, 3>& triangle) noexcept : corners{triangle[0], triangle[1], triangle[2]}, sides{0, 1, 2} {}
 
@@ -64,7 +64,7 @@ class SpotRegion {
   Vec3d edge_start(std::size_t i) const noexcept { return central_ ? eye_ : starts_[i]; }
   const Vec3d& edge(std::size_t i) const noexcept { return edges_[i]; }
   /// The largest angle between two rays or, where they are parallel, the largest distance, m.
-  double spread() const noexcept { return spread_; }
+  double spread() const noexcept;
   /// From a point to the region without its slack and its start, m; 0 inside; a lower bound where it is not bounded.
   double distance_to(const Vec3d& x) const noexcept;
 
@@ -75,7 +75,6 @@ class SpotRegion {
   std::size_t count_ = 0, start_ = 0;
   double slack_ = 0;
   std::array<Vec3d, 4> edges_, starts_;
-  double spread_ = 0;
 };
 
 }  // namespace obscura::detail

@@ -94,6 +94,7 @@ Criterion SpotQuery::Search::look(const Looking& looking, std::size_t at) {
   covered_ = cover_known_ = false;
   cover_surface_ = visited_surface_ = FaceId::kNone;
   limit_ = kInfinity;
+  front_.reset();
   faces_ = 0;
   if (!index_) {
     const Region region(looking.spot, Vec3d(0), 0, nullptr);
@@ -105,6 +106,7 @@ Criterion SpotQuery::Search::look(const Looking& looking, std::size_t at) {
     slack = std::max(slack, slack_ + 16 * std::numeric_limits<double>::epsilon() * (ray.origin - index_->origin()).length());
   }
   const Region region(looking.spot, index_->origin(), slack, looking.mirror ? &*looking.mirror : nullptr);
+  unsure_ = 8 * std::numeric_limits<double>::epsilon() * (index_->reach() + region.eye().length());
 
   // What the middle ray meets may cover the spot.
   Criterion found = Criterion::none;
@@ -134,6 +136,7 @@ Criterion SpotQuery::Search::look(const Looking& looking, std::size_t at) {
   if (found != Criterion::none) return found;
   if (!covered_) {
     limit_ = kInfinity;
+    front_.reset();
     cover_.clear();
     found = level.seen.add_sky();
     if (found == Criterion::none) found = add_discs(region, level);
@@ -151,10 +154,6 @@ Criterion SpotQuery::Search::gave_up() const noexcept {
   return asked_.emissivity ? Criterion::emissivity : Criterion::none;
 }
 
-double SpotQuery::Search::noise(const Region& region) const noexcept {
-  return 8 * std::numeric_limits<double>::epsilon() * (index_->reach() + region.eye().length());
-}
-
 std::size_t SpotQuery::Search::slot_of(std::uint32_t object, std::uint32_t face) const noexcept {
   const Object& o = index_->objects()[object];
   return o.mesh && !o.mesh->slots.empty() ? o.mesh->slots[face] : 0;
@@ -170,7 +169,7 @@ HalfSpace SpotQuery::Search::through_edge(const Region& region, const Vec3d& a, 
   const Vec3d n = region.central() ? (a - region.eye()).cross(b - a) : region.axis().cross(b - a);
   const double length = n.length();
   const double size = region.central() ? (a - region.eye()).length() : 1.0;
-  if (!(length > noise(region) * size)) return {};
+  if (!(length > unsure_ * size)) return {};
   return {n / length, -(n / length).dot(a)};
 }
 
@@ -183,7 +182,6 @@ bool SpotQuery::Search::continues(const HalfSpace& edge, double from_side, std::
 
 Criterion SpotQuery::Search::flood(const Region& region, const Looking& looking, FaceId start, Level& level) {
   const MeshIndex& mesh = *index_->mesh(start.surface);
-  const double unsure = noise(region);
   visited_.clear();
   visited_surface_ = start.surface;
   visited_.insert(start.face);
@@ -209,21 +207,19 @@ Criterion SpotQuery::Search::flood(const Region& region, const Looking& looking,
     for (std::size_t i = 0; i < part.size; ++i) {
       deepest = std::max(deepest, region.height(part.corners[i]));
       // What reaches back to where the rays begin may be behind some of them.
-      if (region.height(part.corners[i]) <= 0 || (region.mirrored() && region.start().height(part.corners[i]) <= unsure)) covered_ = false;
+      if (region.height(part.corners[i]) <= 0 || (region.mirrored() && region.start().height(part.corners[i]) <= unsure_)) covered_ = false;
     }
     // Where an edge is in the spot, the surface must go on behind it, away from this face.
-    std::array<HalfSpace, 3> edges;
-    for (std::size_t side = 0; side < 3; ++side) edges[side] = through_edge(region, p[side], p[(side + 1) % 3]);
     for (std::size_t i = 0; i < part.size; ++i) {
       if (part.sides[i] == Fragment::kNoSide) continue;
       const auto corner = static_cast<std::size_t>(part.sides[i]);
-      const HalfSpace& edge = edges[corner];
+      const HalfSpace edge = through_edge(region, p[corner], p[(corner + 1) % 3]);
       const double own = edge.height(p[(corner + 2) % 3]);
       bool goes_on = false;
-      if (std::abs(own) > unsure) {
+      if (std::abs(own) > unsure_) {
         const auto first = static_cast<std::uint32_t>(3 * face + corner);
         for (std::uint32_t side = mesh.next_side[first]; side != first; side = mesh.next_side[side]) {
-          if (!continues(edge, own, start.surface, side, unsure)) continue;
+          if (!continues(edge, own, start.surface, side, unsure_)) continue;
           goes_on = true;
           if (visited_.insert(side / 3)) queue_.push_back(side / 3);
         }
@@ -236,30 +232,27 @@ Criterion SpotQuery::Search::flood(const Region& region, const Looking& looking,
       for (std::size_t i = 0; i <= next; ++i) visited_.insert(queue_[i]);
       return Criterion::none;
     }
+    const double away = region.central() ? normal.dot(region.eye() - p[0]) : -normal.dot(region.axis());
+    const Vec3d front = away < 0 ? -normal : normal;
+    // Farther than all of the cover along this face's normal: hidden, as rays pass the cover before.
+    if (next == 0) {
+      front_ = HalfSpace{front, -kInfinity};
+      if (!(std::abs(away) > unsure_)) front_.reset();
+    }
+    for (std::size_t i = 0; i < part.size && front_; ++i) {
+      front_->offset = std::max(front_->offset, -front_->normal.dot(part.corners[i]) + unsure_);
+    }
     if (cover_.size() == kMostCover) cover_known_ = false;
     if (!cover_known_) continue;
-    Cover cover;
-    cover.face = face;
-    Vec3d front = normal;
-    const double away = region.central() ? front.dot(region.eye() - p[0]) : -front.dot(region.axis());
-    if (away < 0) front = -front;
-    cover.plane = {front, -front.dot(p[0])};
     double cosine = 1;
-    for (std::size_t i = 0; i < 4; ++i) cosine = std::min(cosine, std::abs(front.dot(region.edge(i))));
-    cover.tie = 1e-12 * index_->reach() * cosine;
-    for (std::size_t side = 0; side < 3; ++side) {
-      HalfSpace wedge = edges[side];
-      if (wedge.height(p[(side + 2) % 3]) < 0) wedge = {-wedge.normal, -wedge.offset};
-      wedge.offset += unsure;
-      cover.wedge[side] = wedge;
-    }
-    cover_.push_back(cover);
+    for (const Ray& ray : looking.spot.corners) cosine = std::min(cosine, std::abs(front.dot(ray.direction)));
+    cover_.push_back({face, {front, -front.dot(p[0])}, p, 1e-12 * index_->reach() * cosine});
   }
-  limit_ = deepest + unsure;
+  limit_ = deepest + unsure_;
   return Criterion::none;
 }
 
-bool SpotQuery::Search::hidden(FaceId id, const Fragment& part) const noexcept {
+bool SpotQuery::Search::hidden(const Region& region, FaceId id, const Fragment& part) const noexcept {
   if (!covered_ || !cover_known_ || cover_.empty()) return false;
   for (const Cover& cover : cover_) {
     // Of two at the same distance the lower name is met.
@@ -272,8 +265,15 @@ bool SpotQuery::Search::hidden(FaceId id, const Fragment& part) const noexcept {
     };
     if (!in_front(part)) continue;
     if (cover_.size() == 1) return false;
+    // Only what rays meet before this very face.
     Fragment before = part;
-    if (before.cut(cover.wedge) && in_front(before)) return false;
+    for (std::size_t side = 0; side < 3; ++side) {
+      HalfSpace wedge = through_edge(region, cover.corners[side], cover.corners[(side + 1) % 3]);
+      if (wedge.height(cover.corners[(side + 2) % 3]) < 0) wedge = {-wedge.normal, -wedge.offset};
+      wedge.offset += unsure_;
+      before.cut(wedge);
+    }
+    if (before.size > 0 && in_front(before)) return false;
   }
   return true;
 }
@@ -283,8 +283,8 @@ Criterion SpotQuery::Search::search_all(const Region& region, const Looking& loo
   std::size_t count = region.planes().size();
   std::copy(region.planes().begin(), region.planes().end(), planes.begin());
   if (limit_ < kInfinity) planes[count++] = {-region.axis(), limit_ + region.axis().dot(region.eye())};
+  if (front_) planes[count++] = *front_;
   const std::span<const HalfSpace> all(planes.data(), count);
-  const double unsure = noise(region);
 
   Criterion found = Criterion::none;
   index_->tree().any(all, [&](std::uint32_t entry) {
@@ -317,9 +317,9 @@ Criterion SpotQuery::Search::search_all(const Region& region, const Looking& loo
       if (looking.flat) {
         double highest = -kInfinity;
         for (std::size_t i = 0; i < part.size; ++i) highest = std::max(highest, region.start().height(part.corners[i]));
-        if (highest <= unsure) return false;
+        if (highest <= unsure_) return false;
       }
-      if (hidden(id, part)) return false;
+      if (hidden(region, id, part)) return false;
       found = see(region, looking, id, p, across.normalized(), part, level);
       return found != Criterion::none;
     });
@@ -387,7 +387,7 @@ Criterion SpotQuery::Search::see(const Region& region, const Looking& looking, F
   Looking reflected;
   const HalfSpace plane{sight.normal, -sight.normal.dot(p[0])};
   for (const Looking& known : level.mirrors) {
-    if (known.flat && (known.mirror->normal - plane.normal).length() < 1e-12 && std::abs(known.mirror->offset - plane.offset) < noise(region)) {
+    if (known.flat && (known.mirror->normal - plane.normal).length() < 1e-12 && std::abs(known.mirror->offset - plane.offset) < unsure_) {
       return found;
     }
   }
@@ -423,7 +423,7 @@ Criterion SpotQuery::Search::add_mirror(Level& level, const Looking& reflected) 
 
 Criterion SpotQuery::Search::see(const Region& region, const Ball& ball, Level& level) {
   if (!(ball.radius > 0)) return Criterion::none;
-  const double r = ball.radius, slack = slack_ + noise(region);
+  const double r = ball.radius, slack = slack_ + unsure_;
   const Vec3d to_center = ball.center - region.eye();
   const double d = to_center.length();
   const bool object = ball.surface < index_->objects().size();

@@ -40,7 +40,7 @@ class SpotQuery::Search {
   struct Cover {
     std::uint32_t face;
     HalfSpace plane;                 // inside: in front
-    std::array<HalfSpace, 3> wedge;  // inside: the rays that meet it
+    std::array<Vec3d, 3> corners;
     double tie;                      // m: nearer to the plane than this, the lower name is met
   };
   /// Faces that a search has been at; forgotten at once.
@@ -72,18 +72,18 @@ class SpotQuery::Search {
   /// Adds a ball if it is in the region. Sets limit_ where it covers all of it.
   Criterion see(const Region& region, const Ball& ball, Level& level);
   Criterion add_discs(const Region& region, Level& level);
-  bool hidden(FaceId id, const Fragment& part) const noexcept;
+  bool hidden(const Region& region, FaceId id, const Fragment& part) const noexcept;
   bool continues(const HalfSpace& edge, double from_side, std::uint32_t object, std::uint32_t side, double noise) const noexcept;
   HalfSpace through_edge(const Region& region, const Vec3d& a, const Vec3d& b) const noexcept;
   bool mirrors(int material) const noexcept { return material >= 0 && mirror_[static_cast<std::size_t>(material)]; }
   Criterion add_mirror(Level& level, const Looking& mirrored);
   Criterion gave_up() const noexcept;
-  double noise(const Region& region) const noexcept;
 
   const World& world_;
   SpotThresholds asked_;
   const FaceIndex* index_ = nullptr;  // none: no surfaces
   double slack_ = 0;
+  double unsure_ = 0;            // m by which positions may be rounded
   std::vector<char> mirror_;     // per material
   bool by_angle_ = false;        // a material's emissivity depends on it
   std::size_t depth_ = 0;        // of mirrors
@@ -96,6 +96,7 @@ class SpotQuery::Search {
   std::uint32_t cover_surface_ = FaceId::kNone;
   bool cover_known_ = false;     // cover_ holds all of it
   bool covered_ = false;
+  std::optional<HalfSpace> front_;  // what is outside of it is hidden
   double limit_ = kInfinity;     // m along the axis: what is farther is hidden
   int faces_ = 0;                // looked at
 };

@@ -8,11 +8,6 @@ namespace {
 /// Normals that are kept for comparison; more than so many that are not alike count as different.
 constexpr std::size_t kMostNormals = 256;
 
-double angle_between(const Vec3d& a, const Vec3d& b) noexcept {
-  // Exact for small angles.
-  return 2 * std::asin(std::min(1.0, 0.5 * (a - b).length()));
-}
-
 /// Range of the emissivity's factor between two angles.
 std::pair<double, double> factor_range(const Material& material, double low, double high) {
   const std::vector<double>& at = material.angle_deg;
@@ -74,6 +69,12 @@ Criterion Seen::add_disc() {
   return met ? Criterion::polygons : Criterion::none;
 }
 
+bool Seen::apart(const Normal& a, const Normal& b, double angle, double chord2) noexcept {
+  const double between2 = (a.direction - b.direction).length2();
+  if (a.curl + b.curl == 0) return between2 > chord2;
+  return 2 * std::asin(std::min(1.0, 0.5 * std::sqrt(between2))) + a.curl + b.curl > angle;
+}
+
 bool Seen::new_kind(const Sight& sight) {
   for (const Kind& kind : kinds_) {
     if (kind.surface != sight.surface || kind.material != sight.material) continue;
@@ -81,23 +82,23 @@ bool Seen::new_kind(const Sight& sight) {
                                  (!sight.radiance_given && std::max(kind.K_high, sight.K_high) - std::min(kind.K_low, sight.K_low) > *asked_.temperature_K))) {
       continue;
     }
-    if (asked_.normal && angle_between(kind.normal, sight.normal) + sight.curl > *asked_.normal) continue;
+    if (asked_.normal && apart(kind.normal, {sight.normal, sight.curl}, *asked_.normal, chord2_)) continue;
     return false;
   }
-  kinds_.push_back({sight.surface, sight.material, sight.normal, sight.K_low, sight.K_high, sight.radiance_given});
+  kinds_.push_back({sight.surface, sight.material, {sight.normal, sight.curl}, sight.K_low, sight.K_high, sight.radiance_given});
   return true;
 }
 
 bool Seen::normals_differ(const Sight& sight) {
   const double most = *asked_.normal;
+  const Normal normal{sight.normal, sight.curl};
   if (sight.curl > most) return true;
   // Two that are within half the angle of the first are alike: those need be compared with the others only.
-  const double from_first = normals_.empty() ? 0 : angle_between(normals_[0].direction, sight.normal) + sight.curl;
-  const bool central = from_first + (normals_.empty() ? 0 : normals_[0].curl) <= 0.5 * most;
-  if (!normals_.empty() && from_first + normals_[0].curl > most) return true;
+  const bool central = normals_.empty() || !apart(normals_[0], normal, 0.5 * most, half_chord2_);
+  if (!central && apart(normals_[0], normal, most, chord2_)) return true;
   for (std::size_t i = central ? central_ : 0; i < normals_.size(); ++i) {
     if (normals_[i].direction == sight.normal && normals_[i].curl >= sight.curl) return false;
-    if (angle_between(normals_[i].direction, sight.normal) + normals_[i].curl + sight.curl > most) return true;
+    if (apart(normals_[i], normal, most, chord2_)) return true;
   }
   if (central) {
     for (std::size_t i = 0; i < central_; ++i) {
@@ -105,7 +106,7 @@ bool Seen::normals_differ(const Sight& sight) {
     }
   }
   if (normals_.size() >= kMostNormals) return true;
-  normals_.push_back({sight.normal, sight.curl});
+  normals_.push_back(normal);
   if (central) std::swap(normals_[central_++], normals_.back());
   return false;
 }

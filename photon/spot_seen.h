@@ -1,6 +1,8 @@
 // What a spot is known to hold, and whether that meets a criterion.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "photon/spot.h"
@@ -26,7 +28,9 @@ struct Sight {
 /// Sums up the sights of a spot; each call says whether a criterion is met from now on.
 class Seen {
  public:
-  Seen(const World& world, const SpotThresholds& thresholds) : world_(world), asked_(thresholds) {}
+  Seen(const World& world, const SpotThresholds& thresholds) : world_(world), asked_(thresholds) {
+    if (asked_.normal) chord2_ = chord2(*asked_.normal), half_chord2_ = chord2(0.5 * *asked_.normal);
+  }
 
   void clear();
   Criterion add(const Sight& sight);
@@ -35,18 +39,25 @@ class Seen {
   Criterion add_disc();
 
  private:
-  struct Kind {
-    std::uint32_t surface;
-    int material;
-    Vec3d normal;
-    double K_low, K_high;
-    bool radiance_given;
-  };
   struct Normal {
     Vec3d direction;
     double curl;
   };
+  struct Kind {
+    std::uint32_t surface;
+    int material;
+    Normal normal;
+    double K_low, K_high;
+    bool radiance_given;
+  };
 
+  /// The square of the distance between unit vectors that enclose an angle.
+  static double chord2(double angle) noexcept {
+    const double chord = 2 * std::sin(0.5 * std::clamp(angle, 0.0, kPi));
+    return angle < kPi ? chord * chord : kInfinity;
+  }
+  /// More than an angle apart, whose chord2() is given.
+  static bool apart(const Normal& a, const Normal& b, double angle, double chord2) noexcept;
   bool new_kind(const Sight& sight);
   bool normals_differ(const Sight& sight);
   bool temperatures_differ(const Sight& sight);
@@ -54,6 +65,7 @@ class Seen {
 
   const World& world_;
   SpotThresholds asked_;
+  double chord2_ = 0, half_chord2_ = 0;
   int others_ = 0;  // sky and discs
   int faces_ = 0;
   bool sky_ = false;

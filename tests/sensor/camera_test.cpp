@@ -5,6 +5,8 @@
 #include <cmath>
 #include <functional>
 
+#include "photon/spot.h"
+
 using namespace obscura;
 
 namespace {
