@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -85,14 +86,13 @@ class BoxTree {
     }
     /// False where the box is outside one of the half-spaces.
     bool reach(const Node& node) const noexcept {
-      std::array<float, kMaxPlanes> inner;
+      std::uint32_t signs = 0;  // of the farthest corner's heights; as integers, so that they join side by side
       for (std::size_t i = 0; i < kMaxPlanes; ++i) {
-        inner[i] = offset[i] + high[0][i] * node.high[0] + low[0][i] * node.low[0] + high[1][i] * node.high[1] + low[1][i] * node.low[1] +
-                   high[2][i] * node.high[2] + low[2][i] * node.low[2];
+        const float inner = offset[i] + high[0][i] * node.high[0] + low[0][i] * node.low[0] + high[1][i] * node.high[1] + low[1][i] * node.low[1] +
+                            high[2][i] * node.high[2] + low[2][i] * node.low[2];
+        signs |= std::bit_cast<std::uint32_t>(inner);
       }
-      float least = inner[0];
-      for (std::size_t i = 1; i < kMaxPlanes; ++i) least = inner[i] < least ? inner[i] : least;
-      return least >= 0;
+      return signs >> 31 == 0;
     }
 
     std::array<float, kMaxPlanes> offset{};

@@ -1,7 +1,7 @@
 // The spot's query against a ray: spots and rays a second through the middles of the pixels of one picture,
 // over an empty scene, a plane, terrain smooth and rough, and terrain with a vehicle; time and memory of the index.
-#include <chrono>
 #include <cstdio>
+#include <ctime>
 #include <memory>
 #include <string>
 #include <vector>
@@ -15,9 +15,8 @@ using namespace obscura;
 
 namespace {
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
+/// Of the processor, which a busy machine does not lengthen; everything but the index is one thread.
+double seconds_since(std::clock_t start) { return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC; }
 
 /// [-1, 1]^2 km as 2 n n triangles; `rough` adds hills of the size of faces.
 std::shared_ptr<const Mesh> terrain(std::uint32_t n, double rough) {
@@ -53,7 +52,7 @@ void measure(const char* what, std::shared_ptr<const Mesh> mesh) {
     contents.objects = {object};
   }
   const World world(std::move(contents));
-  auto start = std::chrono::steady_clock::now();
+  auto start = std::clock();
   const std::size_t bytes = world.surfaces().empty() ? 0 : world.surfaces().index().bytes();
   const double build = seconds_since(start);
   CameraSettings settings;
@@ -69,14 +68,14 @@ void measure(const char* what, std::shared_ptr<const Mesh> mesh) {
   std::vector<int> kinds(kCriteria, 0);
   for (int round = 0; round < 3; ++round) {
     hits = 0;
-    start = std::chrono::steady_clock::now();
+    start = std::clock();
     for (int y = 0; y < side; ++y) {
       for (int x = 0; x < side; ++x) hits += world.surfaces().intersect(*camera.ray(x + 0.5, y + 0.5)).exists();
     }
     rays = std::min(rays, seconds_since(start) / (side * side));
     refined = 0;
     std::fill(kinds.begin(), kinds.end(), 0);
-    start = std::chrono::steady_clock::now();
+    start = std::clock();
     for (int y = 0; y < side; ++y) {
       for (int x = 0; x < side; ++x) {
         const Criterion found = query(*camera.spot(x, y, x + 1, y + 1));
