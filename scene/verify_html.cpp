@@ -1,71 +1,26 @@
 // The verdict as one page that needs no other file: pictures side by side, their differences, the table.
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstdio>
-#include <cstring>
-#include <fstream>
 
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include "octree/base/error.h"
+#include "scene/html_page.h"
+#include "scene/text_file_io.h"
 #include "scene/verify.h"
-#include "sensor/image_io.h"
 #include "sensor/preview.h"
 
 namespace obscura {
+
+using namespace detail;
+
 namespace {
-
-const char* const kStyle = R"(
-:root { color-scheme: light dark; --ink: #1c1d22; --paper: #fbfbfc; --faint: #6b6d78; --line: #d9dae0; --good: #1a7f37; --bad: #c62828; --card: #12131808; }
-@media (prefers-color-scheme: dark) { :root { --ink: #e4e4ea; --paper: #16171c; --faint: #9a9ca8; --line: #34363f; --good: #56d364; --bad: #ff7b72; --card: #ffffff08; } }
-body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); max-width: 1180px; margin: 2rem auto; padding: 0 1rem; }
-h1 { font-size: 1.5rem; } h2 { font-size: 1.15rem; margin-top: 2.5rem; border-top: 1px solid var(--line); padding-top: 1rem; }
-p.about, td.faint, .what { color: var(--faint); }
-.scroll { overflow-x: auto; }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: 13px; }
-th, td { padding: 2px 10px; text-align: right; white-space: nowrap; border-bottom: 1px solid var(--line); }
-th:first-child, td:first-child { text-align: left; }
-.agree { color: var(--good); } .differ { color: var(--bad); font-weight: 600; }
-.pictures { display: flex; flex-wrap: wrap; gap: 8px; margin: 8px 0; }
-.pictures img { image-rendering: pixelated; display: block; }
-)";
-
-std::string escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    switch (c) {
-      case '&': result += "&amp;"; break;
-      case '<': result += "&lt;"; break;
-      case '>': result += "&gt;"; break;
-      case '"': result += "&quot;"; break;
-      default: result += c;
-    }
-  }
-  return result;
-}
-
-/// RFC 4648.
-std::string base64(const std::vector<std::uint8_t>& bytes) {
-  static const char* const letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
-    std::uint32_t word = 0;
-    for (std::size_t k = 0; k < 3; ++k) word = word << 8 | (k < left ? bytes[i + k] : 0u);
-    for (std::size_t k = 0; k < 4; ++k) text += k <= left ? letters[word >> (18 - 6 * k) & 63] : '=';
-  }
-  return text;
-}
 
 std::string picture(const std::string& title, const VerifiedScene& scene, const std::vector<float>& values,
                     const PreviewSettings& settings) {
   Image image(scene.resolution[0], scene.resolution[1]);
   const std::span<float> channel = image.add(title);
   std::copy(values.begin(), values.end(), channel.begin());
-  return fmt::format("<img alt=\"{}\" src=\"data:image/png;base64,{}\">\n", escaped(title),
-                     base64(png_bytes(preview(image, title, settings))));
+  return html_picture(title, preview(image, title, settings));
 }
 
 double percentile(std::vector<float> values, double share) {
@@ -160,7 +115,7 @@ std::string table_of(const VerifiedScene& scene) {
     return fmt::format("<td class=\"{}\">{}</td>", good ? "agree" : "differ", good ? "agree" : word);
   };
   for (const VerifyRow& row : scene.rows) {
-    const std::string name = escaped(scene.bands.size() > 1 ? row.quantity + ", " + row.band : row.quantity);
+    const std::string name = html_escaped(scene.bands.size() > 1 ? row.quantity + ", " + row.band : row.quantity);
     std::string values = fmt::format("<td>{}</td>", name);
     for (const auto& m : row.measured) values += cell(m);
     values += row.measured[0] ? fmt::format("<td>{:.2g}</td>", row.measured[0]->bias) : "<td></td>";
@@ -178,7 +133,7 @@ std::string table_of(const VerifiedScene& scene) {
     const PixelAgreement& a = p.agreement;
     html += fmt::format("<tr><td>{}</td><td></td><td></td><td></td><td></td><td>{} &minus; {}</td><td>{:.2f} % rms</td><td>{:.2f} ({:.2f}) rms"
                         "</td><td>{:.0f} % inside 95 %</td>{}</tr>\n",
-                        escaped(scene.bands.size() > 1 ? "pixels, " + p.band : "pixels"), name_of(p.first), name_of(p.second),
+                        html_escaped(scene.bands.size() > 1 ? "pixels, " + p.band : "pixels"), name_of(p.first), name_of(p.second),
                         100 * a.image_error, a.rms_z, a.high, 100 * a.inside, verdict(a.agree, "differ"));
   }
   return html + "</table></div>\n";
@@ -194,17 +149,13 @@ std::string page(const std::vector<VerifiedScene>& scenes) {
     comparisons += scene.comparisons();
     partial = partial || scene.partial;
   }
-  std::string html = fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, "
-      "initial-scale=1\">\n<title>Obscura: verification</title>\n<style>{}</style>\n</head>\n<body>\n<h1>Obscura {}: do the methods "
-      "agree?</h1>\n",
-      kStyle, OBSCURA_VERSION);
+  std::string html = fmt::format("<h1>Obscura {}: do the methods agree?</h1>\n", OBSCURA_VERSION);
   if (failures.empty()) {
     html += fmt::format("<p class=\"{}\">{} comparisons in {} scenes: {}.</p>\n", partial ? "differ" : "agree", comparisons, scenes.size(),
                         partial ? "stopped before the end" : "all agree");
   } else {
     html += fmt::format("<p class=\"differ\">{} of {} comparisons fail:</p>\n<ul>\n", failures.size(), comparisons);
-    for (const std::string& sentence : failures) html += fmt::format("<li>{}</li>\n", escaped(sentence));
+    for (const std::string& sentence : failures) html += fmt::format("<li>{}</li>\n", html_escaped(sentence));
     html += "</ul>\n";
   }
   html +=
@@ -213,42 +164,26 @@ std::string page(const std::vector<VerifiedScene>& scenes) {
       "seen&rdquo; is the difference that the comparison finds in 99.9 % of cases. Pictures: each method's radiance and its error, then "
       "differences in units of the joint error and in per cent; blue is less, red is more.</p>\n";
   for (const VerifiedScene& scene : scenes) {
-    html += fmt::format("<h2>{}</h2>\n<p class=\"about\">{}</p>\n<ul class=\"what\">\n", escaped(scene.name), escaped(scene.about));
+    html += fmt::format("<h2>{}</h2>\n<p class=\"about\">{}</p>\n<ul class=\"what\">\n", html_escaped(scene.name), html_escaped(scene.about));
     for (const Referee method : kReferees) {
       const VerifyMethod& m = scene.methods[static_cast<std::size_t>(method)];
-      html += m.refusal.empty() ? fmt::format("<li>{}: {}; {:.1f} s</li>\n", name_of(method), escaped(m.what), m.seconds)
-                                : fmt::format("<li>without {}: {}</li>\n", name_of(method), escaped(m.refusal));
+      html += m.refusal.empty() ? fmt::format("<li>{}: {}; {:.1f} s</li>\n", name_of(method), html_escaped(m.what), m.seconds)
+                                : fmt::format("<li>without {}: {}</li>\n", name_of(method), html_escaped(m.refusal));
     }
     html += "</ul>\n";
     for (std::size_t band = 0; band < scene.bands.size() && !scene.partial; ++band) {
-      if (scene.bands.size() > 1) html += fmt::format("<h3>{}</h3>\n", escaped(scene.bands[band]));
+      if (scene.bands.size() > 1) html += fmt::format("<h3>{}</h3>\n", html_escaped(scene.bands[band]));
       html += pictures_of(scene, band);
     }
     if (!scene.partial) html += table_of(scene);
   }
-  return html + "</body>\n</html>\n";
+  return html_page("Obscura: verification", html);
 }
 
 }  // namespace
 
 void write_verify_html(const std::filesystem::path& file, const std::vector<VerifiedScene>& scenes) {
-  const std::string text = page(scenes);
-  std::filesystem::path temporary = file;
-  temporary += ".part" + std::to_string(getpid());
-  const auto fail = [&](const std::string& why) {
-    std::remove(temporary.c_str());
-    throw ResourceError(file.string(), "the report cannot be written: " + why, "check the folder and the space left on the disk");
-  };
-  errno = 0;
-  {
-    std::ofstream stream(temporary, std::ios::binary);
-    stream << text;
-    stream.close();
-    if (!stream) fail(errno ? std::strerror(errno) : "unknown reason");
-  }
-  std::error_code error;
-  std::filesystem::rename(temporary, file, error);
-  if (error) fail(error.message());
+  write_text(file, page(scenes), "report");
 }
 
 }  // namespace obscura

@@ -11,6 +11,7 @@ namespace obscura {
 namespace {
 
 constexpr Colour kPaper{18, 19, 24}, kInk{222, 222, 226}, kFaint{120, 122, 132}, kNothing{38, 42, 54};
+constexpr Colour kOuterLine{236, 236, 240}, kInnerLine{64, 230, 120};
 
 // One panel's worth: values, what they are called, how they are shown.
 struct Panel {
@@ -144,7 +145,25 @@ std::vector<double> ticks(double low, double high, int count) {
   return result;
 }
 
-Raster draw(const Image& image, const Panel& panel, bool legend, int magnify) {
+// Lines between pixels of different marks.
+void draw_marks(const Image& image, const std::vector<std::uint8_t>& marks, int magnify, Raster& picture) {
+  const auto at = [&](int x, int y) {
+    return marks[static_cast<std::size_t>(y) * static_cast<std::size_t>(image.columns()) + static_cast<std::size_t>(x)];
+  };
+  const int width = std::max(1, magnify / 4);
+  for (int y = 0; y < image.rows(); ++y) {
+    for (int x = 0; x < image.columns(); ++x) {
+      for (const auto& [dx, dy] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
+        const int nx = x + dx, ny = y + dy;
+        if (nx < 0 || ny < 0 || nx >= image.columns() || ny >= image.rows() || at(nx, ny) <= at(x, y)) continue;
+        const int left = x * magnify + (dx > 0 ? magnify - width : 0), top = y * magnify + (dy > 0 ? magnify - width : 0);
+        picture.fill(left, top, dx ? width : magnify, dy ? width : magnify, at(nx, ny) > 1 ? kInnerLine : kOuterLine);
+      }
+    }
+  }
+}
+
+Raster draw(const Image& image, const Panel& panel, bool legend, int magnify, const std::vector<std::uint8_t>& outlines = {}) {
   const int width = image.columns() * magnify, height = image.rows() * magnify;
   Raster picture(width, height, kNothing);
   const double scale = 1 / (panel.high - panel.low);
@@ -157,6 +176,7 @@ Raster draw(const Image& image, const Panel& panel, bool legend, int magnify) {
                    colour(panel.colours, (value - panel.low) * scale));
     }
   }
+  if (!outlines.empty()) draw_marks(image, outlines, magnify, picture);
   if (!legend) return picture;
 
   // Title above, scale to the right: a bar with ticks, its unit on top.
@@ -196,7 +216,7 @@ int magnification(const Image& image, int width) {
 
 Raster preview(const Image& image, const std::string& channel, const PreviewSettings& settings) {
   const int magnify = settings.magnify > 0 ? settings.magnify : magnification(image, 640);
-  return draw(image, channel_panel(image, channel, settings), settings.legend, magnify);
+  return draw(image, channel_panel(image, channel, settings), settings.legend, magnify, settings.marks);
 }
 
 Raster preview_sheet(const Image& image, const std::string& band) {

@@ -1,9 +1,11 @@
 // Previews: a channel in colours with a scale beside it, for eyes; the numbers are in the image.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "sensor/image.h"
 #include "sensor/raster.h"
@@ -19,6 +21,9 @@ struct PreviewSettings {
   double cut = 0.002;
   /// Title and scale.
   bool legend = true;
+  /// Per pixel, row by row, or nothing: between two pixels of different marks a line is drawn, on the side of the
+  /// smaller one, in white around marks of 1 and in green around higher ones.
+  std::vector<std::uint8_t> marks;
   /// Screen pixels per image pixel; 0: as many as make a small image visible.
   int magnify = 0;
 };

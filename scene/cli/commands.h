@@ -21,6 +21,7 @@ Command add_compare(CLI::App& program);
 Command add_export(CLI::App& program);
 Command add_schema(CLI::App& program);
 Command add_verify(CLI::App& program);
+Command add_obscuration(CLI::App& program);
 
 /// Commands that will come.
 const std::vector<std::string>& later_commands();

@@ -1,6 +1,7 @@
 // obscura render: from a scene file to an image and its report.
 #include "commands.h"
 #include "console.h"
+#include "edits.h"
 #include "exports.h"
 #include "quantities.h"
 #include "scene/run.h"
@@ -28,15 +29,7 @@ struct RenderArguments {
 
 // Every option that changes the scene is an edit of it: one reader checks them all.
 std::vector<SceneEdit> edits_of(const RenderArguments& a, const CLI::App& app, std::vector<Problem>& problems) {
-  std::vector<SceneEdit> edits;
-  for (const std::string& text : a.set) {
-    const auto equals = text.find('=');
-    if (equals == std::string::npos) {
-      problems.push_back({"--set " + text, "there is no \"=\"", "give /json/pointer=value"});
-    } else {
-      edits.push_back({text.substr(0, equals), text.substr(equals + 1), "--set"});
-    }
-  }
+  std::vector<SceneEdit> edits = set_edits(a.set, problems);
   const auto add = [&](const char* option, const char* pointer, const std::string& value) {
     if (app.count(option) > 0) edits.push_back({pointer, value, option});
   };

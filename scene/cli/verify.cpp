@@ -1,6 +1,7 @@
 // obscura verify: photon map, path tracer and discrete ordinates on the same scenes, and whether they agree.
 #include "commands.h"
 #include "console.h"
+#include "edits.h"
 #include "quantities.h"
 #include "scene/scene_io.h"
 #include "scene/scene_words.h"
@@ -45,18 +46,10 @@ const VerifyCase& find_case(const std::string& name, const char* option) {
   return *found;
 }
 
-std::vector<SceneEdit> edits_of(const VerifyArguments& a) {
-  std::vector<SceneEdit> edits;
-  for (const std::string& text : a.set) {
-    const auto equals = text.find('=');
-    if (equals == std::string::npos) throw InputError("--set " + text, "there is no \"=\"", "give /json/pointer=value");
-    edits.push_back({text.substr(0, equals), text.substr(equals + 1), "--set"});
-  }
-  return edits;
-}
-
 std::vector<Job> jobs_of(const VerifyArguments& a) {
-  const std::vector<SceneEdit> edits = edits_of(a);
+  std::vector<Problem> problems;
+  const std::vector<SceneEdit> edits = set_edits(a.set, problems);
+  if (!problems.empty()) throw InputError(std::move(problems));
   std::vector<Job> jobs;
   if (!a.scene.empty()) {
     if (!a.cases.empty()) throw InputError("--case", "a scene file is given too", "give a scene or cases");

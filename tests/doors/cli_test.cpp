@@ -409,3 +409,47 @@ TEST_CASE("verify tells what is wrong with its arguments before any work", "[doo
   CHECK(said.exit_code == 2);
   CHECK(contains(said.err, "--passes"));
 }
+
+TEST_CASE("obscuration tells what a cloud hides, on stdout and as page, JSON and CSV", "[doors][cli][obscuration]") {
+  const Folder folder("obscuration");
+  folder.write("hidden.json", R"({"obscura": 1, "name": "hidden & seen",
+    "bands": [{"name": "lwir", "um": [8, 12]}],
+    "clouds": [{"grid": {"shape": "box", "size_m": [4, 1, 4], "voxel_m": 1}, "media": [{"extinction": 3}], "temperature": {"K": 290},
+                "place": {"translate_m": [0, -3, 0]}}],
+    "objects": [{"name": "wall", "shape": "box", "size_m": [20, 1, 20], "K": 285, "place": {"translate_m": [0, 3, 0]}},
+                {"name": "truck", "shape": "box", "size_m": [1, 1, 1], "K": 310}],
+    "sensor": {"position_m": [0, -10, 0], "look_at_m": [0, 0, 0], "resolution": [16, 12], "max_oversampling": 4},
+    "render": {"photons": 1000}})");
+  const std::string command = "obscuration '" + folder.file("hidden.json") + "' --replicas 3 ";
+  Said said = run_program(command + "--nedt 0.1 --threshold 10% -o '" + folder.file("p.html") + "' --json '" + folder.file("r.json") +
+                          "' --csv '" + folder.file("t.csv") + "'");
+  INFO(said.err);
+  CHECK(said.exit_code == 0);
+  CHECK(contains(said.out, "truck:"));
+  CHECK(contains(said.out, "share with transmission <= 0.1"));
+  CHECK(contains(said.out, "left out: wall reaches beyond the picture"));
+  const Json json = Json::parse(std::ifstream(folder.file("r.json")));
+  CHECK(json["objects"][0]["bands"]["lwir"]["share_obscured"]["value"] == 1);
+  CHECK(std::abs(json["objects"][0]["bands"]["lwir"]["without"]["difference_K"]["value"].get<double>() - 25) < 0.01);
+  const auto text_of = [&](const char* name) {
+    std::ostringstream text;
+    text << std::ifstream(folder.file(name)).rdbuf();
+    return text.str();
+  };
+  CHECK(contains(text_of("t.csv"), "object,band,quantity,unit,case,value,low,high\n"));
+  const std::string page = text_of("p.html");
+  CHECK(contains(page, "hidden &amp; seen"));
+  CHECK(contains(page, "data:image/png;base64,"));
+  for (const char* outside : {"http", "src=\"/", "<script", "<link"}) CHECK_FALSE(contains(page, outside));
+
+  said = run_program(command + "-o '" + folder.file("p.html") + "'");
+  CHECK(said.exit_code == 2);
+  CHECK(contains(said.err, "-f replaces it"));
+  said = run_program(command + "--object trcuk --quiet");
+  CHECK(said.exit_code == 2);
+  CHECK(contains(said.err, "did you mean \"truck\""));
+  said = run_program(command + "--threshold 2 --csv '" + folder.file("t.txt") + "'");
+  CHECK(said.exit_code == 2);
+  CHECK(lines_with(said.err, "--threshold") == 1);
+  CHECK(lines_with(said.err, "--csv") == 1);
+}
