@@ -138,6 +138,14 @@ struct Tally {
   }
 };
 
+/// The detector's noise at its integration time as a difference of temperature; none where all bands are grey.
+std::optional<double> noise_K(const DetectorSettings& detector, std::span<const Band> bands) {
+  for (const Band& band : bands) {
+    if (!band.grey()) return noise_radiance(detector, band) / band.planck_derivative(detector.nedt_at_K);
+  }
+  return std::nullopt;
+}
+
 /// Replicas by target and band.
 using Found = std::vector<std::vector<std::vector<SightReplica>>>;
 
@@ -158,6 +166,10 @@ Obscuration find_obscuration(const Description& scene, const ObscurationWish& wi
   Session cloudy(scene, result.time_s, progress), clear(clear_scene, result.time_s, progress);
   InView view = objects_in_view(cloudy, wish, progress);
   result.left_out = view.left_out;
+
+  if (const DetectorSettings& detector = scene.sensor.detector; !wish.thresholds.difference_K && detector.nedt_K > 0) {
+    result.wish.thresholds.difference_K = noise_K(detector, cloudy.world().bands());
+  }
 
   Found found(view.targets.size(), std::vector<std::vector<SightReplica>>(scene.bands.size()));
   Tally tally;
@@ -206,7 +218,7 @@ Obscuration find_obscuration(const Description& scene, const ObscurationWish& wi
         throw InputError("--object " + object.name, "some replicas have no line of sight to the object or to its surroundings",
                          "make the field of view smaller, or the resolution higher");
       }
-      object.bands.push_back(find_obscuration(cloudy.world().bands()[b], found[t][b], wish.thresholds));
+      object.bands.push_back(find_obscuration(cloudy.world().bands()[b], found[t][b], result.wish.thresholds));
     }
     object.mask = std::move(target.mask);
     result.objects.push_back(std::move(object));

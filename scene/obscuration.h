@@ -16,7 +16,7 @@ namespace obscura {
 struct ObscurationWish {
   /// Names; none: every object that is wholly in the picture.
   std::vector<std::string> objects;
-  ObscurationSettings thresholds;
+  ObscurationSettings thresholds;  ///< without a difference_K the detector's noise, where the scene has it in kelvin
   int replicas = 8;   ///< repetitions with random numbers of their own, 2 or more: they give the intervals
   int ring_px = 0;    ///< width of the surroundings, pixels; 0: see mask_of()
   bool pictures = false;

@@ -2,13 +2,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <ostream>
 
 #include <fmt/format.h>
 
 #include "scene/html_page.h"
 #include "scene/obscuration_table.h"
-#include "scene/text_file_io.h"
 #include "sensor/preview.h"
+#include "sensor/whole_file_io.h"
 
 namespace obscura {
 
@@ -163,7 +164,7 @@ std::string page(const Obscuration& obscuration) {
 }  // namespace
 
 void write_obscuration_html(const std::filesystem::path& file, const Obscuration& obscuration) {
-  write_text(file, page(obscuration), "page");
+  write_whole_stream(file, [&](std::ostream& stream) { stream << page(obscuration); });
 }
 
 }  // namespace obscura

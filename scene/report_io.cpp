@@ -1,13 +1,15 @@
 // The report's file.
 #include "scene/report.h"
-#include "scene/text_file_io.h"
+#include "sensor/whole_file_io.h"
+
+#include <ostream>
 
 #include <sys/resource.h>
 
 namespace obscura {
 
 void write_report(const std::filesystem::path& file, const Report& report) {
-  detail::write_text(file, to_json(report), "report");
+  write_whole_stream(file, [&](std::ostream& stream) { stream << to_json(report); });
 }
 
 double peak_memory_MiB() {

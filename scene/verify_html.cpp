@@ -1,13 +1,14 @@
 // The verdict as one page that needs no other file: pictures side by side, their differences, the table.
 #include <algorithm>
 #include <cmath>
+#include <ostream>
 
 #include <fmt/format.h>
 
 #include "scene/html_page.h"
-#include "scene/text_file_io.h"
 #include "scene/verify.h"
 #include "sensor/preview.h"
+#include "sensor/whole_file_io.h"
 
 namespace obscura {
 
@@ -183,7 +184,7 @@ std::string page(const std::vector<VerifiedScene>& scenes) {
 }  // namespace
 
 void write_verify_html(const std::filesystem::path& file, const std::vector<VerifiedScene>& scenes) {
-  write_text(file, page(scenes), "report");
+  write_whole_stream(file, [&](std::ostream& stream) { stream << page(scenes); });
 }
 
 }  // namespace obscura

@@ -4,7 +4,7 @@
 #include "edits.h"
 #include "quantities.h"
 #include "scene/obscuration.h"
-#include "scene/text_file_io.h"
+#include "sensor/whole_file_io.h"
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
@@ -12,6 +12,7 @@
 
 #include <cstdio>
 #include <memory>
+#include <ostream>
 
 namespace obscura::cli {
 namespace {
@@ -76,8 +77,11 @@ int obscuration(const ObscurationArguments& a, const CLI::App& app) {
   console.finish();
 
   if (!a.page.empty()) write_obscuration_html(a.page, result);
-  if (!a.json.empty()) detail::write_text(a.json, obscuration_json(result), "report");
-  if (!a.csv.empty()) detail::write_text(a.csv, obscuration_csv(result), "table");
+  const auto write = [](const std::string& file, const std::string& text) {
+    if (!file.empty()) write_whole_stream(file, [&](std::ostream& stream) { stream << text; });
+  };
+  write(a.json, obscuration_json(result));
+  write(a.csv, obscuration_csv(result));
   fmt::print("{}", obscuration_table(result));
   std::fflush(stdout);
   print_warnings(result.warnings);
@@ -110,7 +114,7 @@ Command add_obscuration(CLI::App& program) {
   app->add_option("--threshold", a->threshold, "A line of sight with no more transmission is obscured: 0.1 or 10%; default 0.1")
       ->type_name("T")->group(what);
   app->add_option("--contrast", a->contrast, "A part of the object with less relative contrast is lost; default 0.02")->type_name("C")->group(what);
-  app->add_option("--nedt", a->nedt_K, "Likewise with less difference of apparent temperature: what the sensor can tell, kelvin")
+  app->add_option("--nedt", a->nedt_K, "Likewise with less difference of apparent temperature: what the sensor can tell, kelvin; default: the detector's nedt_K, where the scene has one")
       ->type_name("K")->check(CLI::Range(1e-9, 1e6))->group(what);
   app->add_option("--ring", a->ring_px, "Width of the surroundings in pixels; default: half the side of a square of the object's area, at least 2")
       ->type_name("PX")->check(CLI::Range(1, 100000))->group(what);
