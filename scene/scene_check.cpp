@@ -258,15 +258,32 @@ void check_sensor(Findings& findings, SensorDescription& s) {
 
 void check_detector(Findings& findings, const Description& scene) {
   const DetectorSettings& d = scene.sensor.detector;
-  const std::string pointer = "/sensor/detector";
-  const auto at = [&](const char* key) { return pointer_to(pointer, key); };
-  for (std::size_t i = 0; i < scene.bands.size() && d.nedt_K > 0; ++i) {
-    if (!scene.bands[i].grey() || findings.bad(pointer_to(element("bands", i), "um"))) continue;
-    findings.problem(at("nedt_K"), fmt::format("a temperature says nothing in the grey band \"{}\"", scene.bands[i].name),
+  const auto at = [](const char* key) { return pointer_to("/sensor/detector", key); };
+  bool noisy = false;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < scene.bands.size(); ++i) {
+    const BandDescription& band = scene.bands[i];
+    names.push_back(band.name);
+    const DetectorSettings own = d.of_band(band.name);
+    noisy = noisy || own.noisy();
+    if (!(own.nedt_K > 0) || !band.grey() || findings.bad(pointer_to(element("bands", i), "um"))) continue;
+    const auto override = d.bands.find(band.name);
+    const bool its_own = override != d.bands.end() && override->second.nedt_K;
+    findings.problem(its_own ? pointer_to(pointer_to(at("bands"), band.name), "nedt_K") : at("nedt_K"),
+                     fmt::format("a temperature says nothing in the grey band \"{}\"", band.name),
                      "give \"ner\" instead, or give the band \"um\"");
   }
   if (d.nedt_K > 0 && d.ner > 0) {
     findings.problem(at("ner"), "\"nedt_K\" and \"ner\" are both given", "give one of them");
+  }
+  for (const auto& [name, own] : d.bands) {
+    const std::string pointer = pointer_to(at("bands"), name);
+    if (std::find(names.begin(), names.end(), name) == names.end() && !findings.bad("/bands")) {
+      findings.problem(pointer, fmt::format("there is no band \"{}\"", name), suggest(name, names));
+    }
+    if (own.nedt_K.value_or(0) > 0 && own.ner.value_or(0) > 0) {
+      findings.problem(pointer_to(pointer, "ner"), "\"nedt_K\" and \"ner\" are both given", "give one of them");
+    }
   }
   for (const auto& [one, other] : {std::pair{"integration_s", "reference_integration_s"},
                                    std::pair{"reference_integration_s", "integration_s"}}) {
@@ -275,7 +292,7 @@ void check_detector(Findings& findings, const Description& scene) {
     findings.problem(at(other), fmt::format("\"{}\" is missing: \"{}\" is given", other, one),
                      "the noise falls with the root of integration_s / reference_integration_s");
   }
-  if (d.integration_s && !d.noisy()) {
+  if (d.integration_s && !noisy) {
     findings.warn(at("integration_s") + ": it changes the noise, and there is none");
   }
   if (d.bits == 0 && !(d.range == DetectorSettings{}.range)) {

@@ -298,6 +298,16 @@ void keys(V& v, AntialiasingDescription&) {
 }
 
 template <class V>
+void keys(V& v, DetectorBand& b) {
+  v.optional("psf_sigma_px", b.psf_sigma_px, between(0, 1000), "the band's own; replaces psf_file too");
+  v.optional("nedt_K", b.nedt_K, between(0, 1e4), "the band's own; replaces ner too");
+  v.optional("ner", b.ner, between(0, 1e30), "the band's own; replaces nedt_K too");
+  v.optional("gain", b.gain, above_to(0, 1e30), "the band's own");
+  v.optional("offset", b.offset, between(-1e30, 1e30), "the band's own");
+  v.optional("range", b.range, numbers(2, between(-1e30, 1e30)), "the band's own");
+}
+
+template <class V>
 void keys(V& v, DetectorSettings& d) {
   v.optional("psf_sigma_px", d.psf_sigma_px, between(0, 1000), "standard deviation of a gaussian point spread, in pixels");
   std::filesystem::path psf;
@@ -318,6 +328,7 @@ void keys(V& v, DetectorSettings& d) {
   v.optional("offset", d.offset, between(-1e30, 1e30), "signal = gain * radiance + offset");
   v.optional("bits", d.bits, between(0, 16), "of the counts; 0: none");
   v.optional("range", d.range, numbers(2, between(-1e30, 1e30)), "signals of the least and the greatest count");
+  v.optional("bands", d.bands, any(), "by a band's name, what it has in place of these");
   v.optional("seed", d.seed, at_least(0), "of dead pixels and non-uniformity; absent: the render's");
 }
 

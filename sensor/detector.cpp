@@ -161,10 +161,29 @@ std::string settings_text(const DetectorSettings& s, const DetectorFrame& frame)
 
 bool DetectorSettings::on() const noexcept {
   return psf_sigma_px > 0 || !psf.empty() || noisy() || dead_share > 0 || gain_nonuniformity > 0 ||
-         offset_nonuniformity > 0 || gain != 1 || offset != 0 || bits > 0;
+         offset_nonuniformity > 0 || gain != 1 || offset != 0 || bits > 0 || !bands.empty();
 }
 
-double noise_radiance(const DetectorSettings& settings, const Band& band) {
+DetectorSettings DetectorSettings::of_band(const std::string& name) const {
+  DetectorSettings result = *this;
+  result.bands.clear();
+  const auto found = bands.find(name);
+  if (found == bands.end()) return result;
+  const DetectorBand& own = found->second;
+  if (own.psf_sigma_px) result.psf = {};
+  if (own.nedt_K) result.ner = 0;
+  if (own.ner) result.nedt_K = 0;
+  result.psf_sigma_px = own.psf_sigma_px.value_or(result.psf_sigma_px);
+  result.nedt_K = own.nedt_K.value_or(result.nedt_K);
+  result.ner = own.ner.value_or(result.ner);
+  result.gain = own.gain.value_or(result.gain);
+  result.offset = own.offset.value_or(result.offset);
+  result.range = own.range.value_or(result.range);
+  return result;
+}
+
+double noise_radiance(const DetectorSettings& detector, const Band& band) {
+  const DetectorSettings settings = detector.of_band(band.name());
   double sigma = settings.ner;
   if (settings.nedt_K > 0) {
     if (band.grey()) {
@@ -179,14 +198,15 @@ double noise_radiance(const DetectorSettings& settings, const Band& band) {
   return sigma;
 }
 
-std::vector<DetectorTally> detect(Image& image, std::span<const Band> bands, const DetectorSettings& settings,
+std::vector<DetectorTally> detect(Image& image, std::span<const Band> bands, const DetectorSettings& detector,
                                   const DetectorFrame& frame) {
-  assert(settings.bits >= 0 && settings.bits <= 16 && settings.range[1] > settings.range[0]);
   std::vector<DetectorTally> tallies;
-  if (!settings.on()) return tallies;
+  if (!detector.on()) return tallies;
   const std::vector<bool> done = pixels_done(image);
   int index = 0;
   for (const Band& band : bands) {
+    const DetectorSettings settings = detector.of_band(band.name());
+    assert(settings.bits >= 0 && settings.bits <= 16 && settings.range[1] > settings.range[0]);
     const double sigma = noise_radiance(settings, band);
     const std::vector<double> radiance = arriving(image, band.name() + ".radiance", done, settings);
     std::vector<float> calibrated(image.pixel_count());
@@ -199,6 +219,7 @@ std::vector<DetectorTally> detect(Image& image, std::span<const Band> bands, con
     if (!band.grey()) fill_temperature(band, calibrated, image.add(band.name() + ".detector_temperature"));
 
     const std::string key = "obscura:detector." + band.name();
+    image.metadata[key + ".settings"] = settings_text(settings, frame);
     image.metadata[key + ".noise_radiance"] = sigma;
     image.metadata[key + ".dead"] = static_cast<double>(tally.dead);
     if (settings.bits > 0) {
@@ -207,7 +228,6 @@ std::vector<DetectorTally> detect(Image& image, std::span<const Band> bands, con
     }
     tallies.push_back(std::move(tally));
   }
-  image.metadata["obscura:detector"] = settings_text(settings, frame);
   return tallies;
 }
 

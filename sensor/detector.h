@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -14,6 +15,12 @@
 #include "sensor/point_spread.h"
 
 namespace obscura {
+
+/// What one band has in place of the others' settings.
+struct DetectorBand {
+  std::optional<double> psf_sigma_px, nedt_K, ner, gain, offset;
+  std::optional<std::array<double, 2>> range;
+};
 
 /// In the order in which light and signal meet them. Radiances are W/m2/sr of the band (grey: the band's unit).
 struct DetectorSettings {
@@ -46,9 +53,15 @@ struct DetectorSettings {
   /// Of the device; none: the frame's.
   std::optional<std::uint64_t> seed;
 
+  /// By the band's name.
+  std::map<std::string, DetectorBand> bands;
+
   bool noisy() const noexcept { return nedt_K > 0 || ner > 0; }
-  /// Whether anything is asked for.
+  /// Whether anything is asked for, in any band.
   bool on() const noexcept;
+  /// The settings of one band, without others. A band's own nedt_K replaces ner, and the other way round; its own
+  /// gaussian replaces psf.
+  DetectorSettings of_band(const std::string& name) const;
 };
 
 /// What makes the noise of one picture differ from that of the next.
@@ -66,13 +79,13 @@ struct DetectorTally {
   std::uint64_t below = 0;
 };
 
-/// Standard deviation of the noise in radiance.
+/// Standard deviation of the noise in radiance, with what the band has of its own.
 /// @throws InputError for nedt_K in a grey band
 double noise_radiance(const DetectorSettings& settings, const Band& band);
 
 /// Adds to the image, where the settings ask for anything, `<band>.detector`, the signal before counts; for bands with
 /// wavelengths `<band>.detector_temperature`, the kelvin of the signal less offset over gain; with bits
-/// `<band>.counts`. Metadata hold the settings and the tally. Pixels never done stay 0 and lend no light.
+/// `<band>.counts`. Metadata hold each band's settings and tally. Pixels never done stay 0 and lend no light.
 /// The same bits for any number of threads. @throws as noise_radiance(), Image::channel()
 std::vector<DetectorTally> detect(Image& image, std::span<const Band> bands, const DetectorSettings& settings,
                                   const DetectorFrame& frame);

@@ -126,6 +126,12 @@ std::vector<std::string> band_names(const Image& image) {
   for (const std::string& name : image.channels()) {
     if (name.ends_with(suffix)) result.push_back(name.substr(0, name.size() - suffix.size()));
   }
+  const auto found = image.metadata.find("obscura:bands");
+  if (found == image.metadata.end()) return result;
+  if (const auto* names = std::get_if<std::string>(&found->second)) {
+    const std::string list = ", " + *names + ", ";
+    std::ranges::stable_sort(result, {}, [&](const std::string& name) { return list.find(", " + name + ", "); });
+  }
   return result;
 }
 

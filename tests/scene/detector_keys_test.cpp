@@ -118,6 +118,36 @@ TEST_CASE("each key of the detector alone changes the picture as it says", "[sce
   CHECK(run({{"bits", 8}}, folder).image.channel("b.counts")[0] == 255);  // the range is [0, 1]
 }
 
+TEST_CASE("a band may have settings of its own", "[scene][detector]") {
+  const SceneFolder folder("detector_bands");
+  Json scene = scene_with({{"nedt_K", 0.1}, {"bits", 12}, {"range", {0, 100}}});
+  scene["bands"] = Json::parse(R"([{"name": "b", "um": [8, 12]}, {"name": "c", "um": [3, 5]}, {"name": "g"}])");
+  scene["environment"]["sky"]["radiance"] = 2;
+  scene["sources"] = Json::array();
+  const auto grey = problems_of(scene, folder.path());
+  REQUIRE(grey.size() == 1);
+  CHECK(grey[0].where == "/sensor/detector/nedt_K");
+  scene["sensor"]["detector"]["bands"] = Json::parse(R"({"c": {"range": [0, 4], "nedt_K": 0.3, "gain": 1.5, "offset": 0.5},
+                                                        "g": {"ner": 0.25, "psf_sigma_px": 1}})");
+  const Image image = run_scene(parse_scene(scene.dump(), folder.path()), {}).image;
+  const double b = Band("b", 8, 12).planck(300), c = Band("c", 3, 5).planck(300);
+  CHECK(deviation(image, "b.detector_temperature") == Approx(0.1).epsilon(0.1));
+  CHECK(deviation(image, "c.detector_temperature") == Approx(0.3).epsilon(0.1));
+  CHECK(deviation(image, "g.detector") == Approx(0.25).epsilon(0.1));
+  const auto mean = [&](const std::string& channel) {
+    double sum = 0;
+    for (const float value : image.channel(channel)) sum += static_cast<double>(value);
+    return sum / static_cast<double>(image.pixel_count());
+  };
+  CHECK(mean("b.counts") == Approx(b / 100 * 4095).epsilon(1e-3));
+  CHECK(mean("c.counts") == Approx((1.5 * c + 0.5) / 4 * 4095).epsilon(1e-3));
+  CHECK(mean("g.counts") == Approx(2.0 / 100 * 4095).epsilon(1e-2));
+  scene["sensor"]["detector"]["bands"]["g"] = {{"nedt_K", 0.1}};
+  const auto wrong = problems_of(scene, folder.path());
+  REQUIRE(wrong.size() == 1);
+  CHECK(wrong[0].where == "/sensor/detector/bands/g/nedt_K");
+}
+
 TEST_CASE("what a detector cannot be is refused with its place", "[scene][detector][reader]") {
   const SceneFolder folder("detector_refused");
   folder.write("even.pgm", "P2 2 1 255 1 1\n");
@@ -147,6 +177,10 @@ TEST_CASE("what a detector cannot be is refused with its place", "[scene][detect
       {{{"bits", 2.5}}, "bits", "whole number"},
       {{{"range", {1, 0}}}, "range/1", "increase"},
       {{{"range", {1, 1}}}, "range/1", "increase"},
+      {{{"bands", {{"c", {{"gain", 2}}}}}}, "bands/c", "there is no band \"c\""},
+      {{{"bands", {{"b", {{"bits", 2}}}}}}, "bands/b/bits", "unknown key"},
+      {{{"bands", {{"b", {{"range", {2, 1}}}}}}}, "bands/b/range/1", "increase"},
+      {{{"bands", {{"b", {{"nedt_K", 1}, {"ner", 1}}}}}}, "bands/b/ner", "both given"},
       {{{"seed", -1}}, "seed", "out of range"}};
   for (const Wrong& wrong : list) {
     const auto problems = problems_of(scene_with(wrong.detector), folder.path());

@@ -183,6 +183,8 @@ TEST_CASE("what a scene says arrives in the description", "[scene][reader]") {
   CHECK(detector.bits == 14);
   CHECK(detector.range == std::array<double, 2>{0, 50});
   CHECK(detector.seed == 3u);
+  CHECK(detector.of_band("lwir").range == std::array<double, 2>{0, 60});
+  CHECK(detector.of_band("mwir").range == std::array<double, 2>{0, 50});
   CHECK(other.sensor.scattering_depth == 3);
   CHECK(other.sensor.width_m == 5);
   CHECK(other.render.kernel == Kernel::cone);

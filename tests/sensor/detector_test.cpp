@@ -100,7 +100,7 @@ TEST_CASE("the clean channels stay as they are, and the settings are told", "[se
     CHECK(image.has(name));
   }
   CHECK_FALSE(image.has("grey.detector_temperature"));
-  const auto text = std::get<std::string>(image.metadata.at("obscura:detector"));
+  const auto text = std::get<std::string>(image.metadata.at("obscura:detector.lwir.settings"));
   for (const char* part : {"\"psf_sigma_px\": 1", "\"ner\": 0.1", "\"bits\": 8", "\"range\": [0, 80]", "\"seed\": 1"}) {
     INFO(text);
     CHECK(text.find(part) != std::string::npos);
@@ -317,6 +317,29 @@ TEST_CASE("counts rise with the signal and end at both ends of the range", "[sen
   CHECK(counts_of(settings) != b);
 }
 
+TEST_CASE("a band's own settings replace those of all, and what they exclude", "[sensor][detector]") {
+  DetectorSettings all;
+  all.nedt_K = 0.1;
+  all.psf = PointSpread{1, 1, {1}};
+  all.range = {0, 9};
+  all.gain = 2;
+  all.bands["b"].ner = 3;
+  all.bands["b"].psf_sigma_px = 1.5;
+  all.bands["b"].range = std::array<double, 2>{1, 2};
+  const DetectorSettings a = all.of_band("a"), b = all.of_band("b");
+  CHECK(a.nedt_K == 0.1);
+  CHECK(a.range == std::array<double, 2>{0, 9});
+  CHECK(a.bands.empty());
+  CHECK_FALSE(a.psf.empty());
+  CHECK(b.nedt_K == 0);
+  CHECK(b.ner == 3);
+  CHECK(b.psf.empty());
+  CHECK(b.psf_sigma_px == 1.5);
+  CHECK(b.range == std::array<double, 2>{1, 2});
+  CHECK(b.gain == 2);
+  CHECK(noise_radiance(all, Band("b")) == 3);
+}
+
 TEST_CASE("gain and offset change the signal but not the temperature that it means", "[sensor][detector]") {
   const std::vector<Band> bands{lwir()};
   Image image = uniform(bands, 4, 4, {lwir().planck(310)});
@@ -409,7 +432,7 @@ TEST_CASE("the detector's channels come back from their file", "[sensor][detecto
   write_image(folder / "a.exr", image);
   const Image back = read_image(folder / "a.exr");
   for (const std::string& name : image.channels()) CHECK(same_bits(image.channel(name), back.channel(name)));
-  CHECK(back.metadata.at("obscura:detector") == image.metadata.at("obscura:detector"));
+  CHECK(back.metadata.at("obscura:detector.lwir.settings") == image.metadata.at("obscura:detector.lwir.settings"));
 
   // And the counts from 16-bit pictures, as the values that they are.
   for (const char* name : {"c.png", "c.tif"}) {

@@ -71,6 +71,14 @@ TEST_CASE("values land in their channels", "[sensor][image]") {
   CHECK_THROWS_AS(image.channel("lwir.flux"), InputError);
 }
 
+TEST_CASE("bands have the scene's order in a file that sorted them", "[sensor][image]") {
+  Image image(1, 1);
+  for (const char* name : {"a.radiance", "aa.radiance", "b.radiance", "b.error"}) image.add(name);
+  CHECK(band_names(image) == std::vector<std::string>{"a", "aa", "b"});
+  image.metadata["obscura:bands"] = std::string("b, aa, a");
+  CHECK(band_names(image) == std::vector<std::string>{"b", "aa", "a"});
+}
+
 TEST_CASE("the image tells what made it", "[sensor][image]") {
   const std::vector<Band> bands{Band("lwir", 8, 12, 2), Band("grey")};
   ImageOrigin origin;
