@@ -39,7 +39,7 @@ void Walk::start(const Ray& ray) noexcept {
   if (!moves || !(enter < leave)) return;
 
   leave_ = leave;
-  begin_ = end_ = block_end_ = enter;
+  begin_ = end_ = block_end_ = enter_ = enter;
   for (int axis = 0; axis < 3; ++axis) {
     voxel_[axis] = locate(axis, enter, domain.min[axis], domain.max[axis] - 1);
     block_t_[axis] = enter;
@@ -106,9 +106,14 @@ void Walk::enter_block() noexcept {
       if (!any) kind_ = Kind::empty;
     }
   }
+  enter_cell(leaf_level);
+}
+
+// The cell of this level, or the brick of leaves of this level, in which the present voxel is.
+void Walk::enter_cell(int leaf_level) noexcept {
   cell_level_ = leaf_level;
   block_level_ = std::max(3, leaf_level);
-  corner_ = tree_->corner(voxel, block_level_);
+  corner_ = cell_corner(block_level_);
   for (int axis = 0; axis < 3; ++axis) {
     block_t_[axis] = exit_time(axis, static_cast<double>(corner_[axis]) +
                                          (sign_[axis] > 0 ? static_cast<double>(1 << block_level_) : 0.0));
@@ -127,6 +132,28 @@ void Walk::enter_block() noexcept {
     index_ += leaf << (bits * axis);
     stride_[axis] = sign_[axis] * (1 << (bits * axis));
   }
+}
+
+// Whether the ray comes just now into the cell of this level, or begins there.
+bool Walk::enters(int level) const noexcept {
+  if (begin_ == enter_) return true;
+  const Vec3i corner = cell_corner(level);
+  for (int axis = 0; axis < 3; ++axis) {
+    if (sign_[axis] == 0) continue;
+    const double plane = static_cast<double>(corner[axis]) + (sign_[axis] > 0 ? 0.0 : static_cast<double>(1 << level));
+    if (time(axis, plane) >= begin_) return true;
+  }
+  return false;
+}
+
+double Walk::exit_of(int level) const noexcept {
+  const Vec3i corner = cell_corner(level);
+  double end = kInfinity;
+  for (int axis = 0; axis < 3; ++axis) {
+    end = std::min(end, exit_time(axis, static_cast<double>(corner[axis]) +
+                                            (sign_[axis] > 0 ? static_cast<double>(1 << level) : 0.0)));
+  }
+  return end;
 }
 
 Cell Walk::cell() const noexcept {

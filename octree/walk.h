@@ -14,6 +14,17 @@
 
 namespace obscura {
 
+/// The bounds of a cell's channels, looked up when they are asked for.
+class CellBounds {
+ public:
+  CellBounds(const detail::TreeData& tree, const Cell& cell) noexcept : tree_(tree), cell_(cell) {}
+  Bounds operator()(int channel) const noexcept { return detail::cell_bounds(tree_, channel, cell_); }
+
+ private:
+  const detail::TreeData& tree_;
+  Cell cell_;
+};
+
 /// Walks one ray of index space through the octree. The segments tile the ray's part in the domain without gaps or
 /// overlaps, empty cells included: each begins exactly where the last one ended. A ray that runs in a face belongs
 /// to the voxel above it. Resumable, so that several can be merged; copyable; nothing is allocated.
@@ -38,10 +49,42 @@ class Walk {
       } else {
         enter_block();
       }
-      end_ = std::min(std::min(std::min(t_[0], t_[1]), t_[2]), leave_);
-      if (end_ > begin_) return true;  // the corner of a cell that is only touched is no segment
+      if (end_segment()) return true;
     }
   }
+
+  /// The same, but cells may be taken whole: `stops.level(begin)` is the coarsest level that may be asked for where the
+  /// ray is, and `stops.take(bounds, begin, end)` says whether the walk stops at a cell; bounds(channel) are its Bounds.
+  /// Coarser cells are asked first, each once: where the ray enters it, or begins in it, and not in an empty leaf.
+  template <class Stops>
+  bool next(Stops&& stops) noexcept {
+    for (;;) {
+      begin_ = end_;
+      if (!(begin_ < leave_)) return false;
+      if (begin_ < block_end_) {
+        step();
+      } else {
+        enter_block();
+        if (kind_ == Kind::leaves) {
+          const int finest = std::max(kFinestStop, cell_level_ + 1);
+          for (int level = std::min(stops.level(begin_), tree_->top_level); level >= finest; --level) {
+            if (level != block_level_ && !enters(level)) continue;
+            const double end = level == block_level_ ? block_end_ : exit_of(level);
+            if (!stops.take(CellBounds(*tree_, {cell_corner(level), level}), begin_, std::min(end, leave_))) continue;
+            kind_ = Kind::coarse;
+            enter_cell(level);
+            break;
+          }
+        }
+      }
+      if (end_segment()) return true;
+    }
+  }
+  /// Cells below bricks hold no bounds of their own: to find them costs more than to walk through the cell.
+  static constexpr int kFinestStop = 3;
+
+  /// The walk stops here above the leaves.
+  bool coarse() const noexcept { return kind_ == Kind::coarse; }
 
   /// Ray parameters of the present segment.
   double begin() const noexcept { return begin_; }
@@ -81,6 +124,14 @@ class Walk {
 
   void start(const Ray& ray) noexcept;
   void enter_block() noexcept;
+  void enter_cell(int leaf_level) noexcept;
+  Vec3i cell_corner(int level) const noexcept { return tree_->corner(Vec3i(voxel_[0], voxel_[1], voxel_[2]), level); }
+  bool enters(int level) const noexcept;
+  double exit_of(int level) const noexcept;
+  bool end_segment() noexcept {
+    end_ = std::min(std::min(std::min(t_[0], t_[1]), t_[2]), leave_);
+    return end_ > begin_;  // the corner of a cell that is only touched is no segment
+  }
   int locate(int axis, double t, int low, int high) const noexcept;
   float coarse_value(int channel) const noexcept;
 
@@ -105,7 +156,7 @@ class Walk {
   Kind kind_ = Kind::empty;
 
   double begin_ = 0, end_ = 0;  // the present segment
-  double leave_ = 0;            // where the ray ends or leaves the domain
+  double enter_ = 0, leave_ = 0;  // where the ray begins or enters, ends or leaves the domain
 
   double origin_[3], inverse_[3], direction_[3];
   int sign_[3];  // of the direction

@@ -1,10 +1,13 @@
 // A cloud: an octree of densities (and temperature) with the optics of what it holds.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "octree/octree.h"
@@ -59,6 +62,13 @@ struct LocalOptics {
   }
 };
 
+/// A cell of an octree taken whole: what stands for its optics, and the largest deviations from that inside it.
+struct CoarseOptics {
+  LocalOptics mean;
+  double extinction = 0;  ///< 1/m
+  double emission = 0;    ///< W/m3/sr
+};
+
 /// A cloud seen at one spectral interval: everything a kernel needs, no spectra, no names.
 class CloudOptics {
  public:
@@ -90,6 +100,35 @@ class CloudOptics {
     return result;
   }
 
+  /// Of a cell. Extinction and scattering are their means. Of the mean of k_a B it is known to lie between the mean k_a
+  /// times the least and the largest B: the middle is taken.
+  /// @param bounds callable: channel -> Bounds of the cell
+  /// @param allows called with the largest deviation of the extinction; nothing more is computed where it says no
+  template <class CellBounds, class Allows>
+  std::optional<CoarseOptics> coarse(CellBounds&& bounds, Allows&& allows) const noexcept {
+    CoarseOptics cell;
+    double least = 0, most = 0;  // absorption
+    for (const Part& part : parts_) {
+      const Bounds b = bounds(part.channel);
+      const double low = b.min, high = b.max, middle = b.mean;
+      cell.extinction += part.extinction * std::max(high - middle, middle - low);
+      cell.mean.extinction += part.extinction * middle;
+      cell.mean.scattering += part.scattering * middle;
+      least += (part.extinction - part.scattering) * low;
+      most += (part.extinction - part.scattering) * high;
+    }
+    if (!allows(cell.extinction)) return std::nullopt;
+    if (!emits_) return cell;
+    double coldest = constant_source_, warmest = constant_source_;
+    if (temperature_.channel >= 0) std::tie(coldest, warmest) = source_range(bounds(temperature_.channel));
+    const double mean = (cell.mean.extinction - cell.mean.scattering) * 0.5 * (coldest + warmest);
+    cell.mean.emission = mean;
+    cell.emission = std::max(most * warmest - mean, mean - least * coldest);
+    return cell;
+  }
+  /// Largest emission over extinction that the cloud can have, W/m2/sr; infinite where it may emit without absorbing.
+  double largest_source() const noexcept { return largest_source_; }
+
   const std::vector<Part>& parts() const noexcept { return parts_; }
   /// Extinction in 1/m per unit of every channel: the weights of the octree's walks.
   const std::vector<double>& extinction_weights() const noexcept { return weights_; }
@@ -105,6 +144,9 @@ class CloudOptics {
     return (*planck_)(temperature_.scale * value(temperature_.channel) + temperature_.offset_K);
   }
 
+  // Least and largest radiance of a black body where the temperature channel has these bounds, W/m2/sr.
+  std::pair<double, double> source_range(const Bounds& value) const noexcept;
+
   std::vector<Part> parts_;
   std::vector<std::shared_ptr<const PhaseFunction>> blunted_;
   std::vector<double> weights_;
@@ -115,6 +157,7 @@ class CloudOptics {
   double added_ = 0;            // W/m3/sr per unit of density
   std::optional<PlanckTable> planck_;
   std::optional<double> uniform_source_;
+  double largest_source_ = 0;
 };
 
 }  // namespace obscura

@@ -126,12 +126,12 @@ void DirectLight::add_air() {
   }
 }
 
-double light_along(const World& world, int interval, const Ray& ray) noexcept {
+double light_along(const World& world, int interval, const Ray& ray, CoarseCells* coarse) noexcept {
   const double extinction = world.air_extinction(interval);
   const double black = world.air_radiance(interval);
   double radiance = 0;
   double transmission = 1;
-  WorldWalk walk(world, interval, ray);
+  WorldWalk walk(world, interval, ray, coarse);
   while (walk.next() && transmission > 0) {
     const LocalOptics& local = walk.optics();
     const double length = walk.end() - walk.begin();
@@ -146,6 +146,7 @@ double light_along(const World& world, int interval, const Ray& ray) noexcept {
     }
     radiance += seen * source * length * mean_transmission(depth + extinction * length);
     transmission *= std::exp(-depth);
+    if (coarse) coarse->passed(depth, transmission);
   }
   return radiance;
 }

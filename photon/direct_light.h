@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "photon/footprint.h"
 #include "photon/radiance.h"
 #include "photon/sampling.h"
 #include "photon/scatter.h"
@@ -315,6 +316,7 @@ class DirectLight {
 
 /// Light along a ray through clouds and air that are not at its end, W/m2/sr: exact segment by segment.
 /// The clouds' own emission, and the air's, of which the clouds hide what is behind them.
-double light_along(const World& world, int interval, const Ray& ray) noexcept;
+/// @param coarse null, or what decides about coarse cells; it then knows the clouds' optical depth
+double light_along(const World& world, int interval, const Ray& ray, CoarseCells* coarse = nullptr) noexcept;
 
 }  // namespace obscura::detail

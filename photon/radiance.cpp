@@ -31,8 +31,12 @@ struct Leg {
   FaceId from;
   bool discs;          // sees the discs of sun and moon
   SurfaceHit hit;
+  Footprint footprint; // none: exactly through the leaves
   double depth = 0;    // of the clouds
+  double most_depth = 0;  // no less than what the leaves hold
   double transmission = 1;
+  double emission = 0;  // where coarse: of what lies along it
+  bool coarse = false;
 };
 
 /// A point where light scatters into a leg.
@@ -51,7 +55,8 @@ class Pass {
       : world_(world), interval_(interval), maps_(maps), settings_(settings), rays_(rays),
         histories_(histories), incoming_(incoming), air_(world.air_extinction(interval)),
         direct_(world, interval, settings.parts, settings.gather_bounces > 0), gather_(world, interval, maps, settings, direct_),
-        beyond_(gather_.wanted() ? detail::Beyond::path : detail::Beyond::map) {
+        beyond_(gather_.wanted() ? detail::Beyond::path : detail::Beyond::map),
+        narrowest_spot_(narrowest_spot()) {
     counts_.rays = rays.size();
   }
 
@@ -59,7 +64,7 @@ class Pass {
     legs_.reserve(rays_.size());
     for (std::size_t i = 0; i < rays_.size(); ++i) {
       incoming_[i] = {};
-      legs_.push_back({rays_[i], static_cast<std::uint32_t>(i), 1.0, {}, settings_.parts.sun_disc, {}});
+      legs_.push_back({rays_[i], static_cast<std::uint32_t>(i), 1.0, {}, settings_.parts.sun_disc, {}, settings_.footprint});
     }
     for (bounce_ = 0; !legs_.empty(); ++bounce_) {
       find_surfaces();
@@ -97,17 +102,49 @@ class Pass {
   void attenuate() {
     std::vector<Ray> rays;
     rays.reserve(legs_.size());
-    for (const Leg& leg : legs_) rays.push_back(leg.ray);
-    std::vector<double> depths(legs_.size());
+    for (Leg& leg : legs_) {
+      leg.coarse = is_wide(leg);
+      if (!leg.coarse) rays.push_back(leg.ray);
+    }
+    std::vector<double> depths(rays.size());
     world_.optical_depths(interval_, rays, depths);
-    for (std::size_t i = 0; i < legs_.size(); ++i) {
-      Leg& leg = legs_[i];
-      leg.depth = depths[i];
-      leg.transmission = std::exp(-depths[i]);
+    std::size_t next = 0;
+    for (Leg& leg : legs_) {
+      if (leg.coarse) {
+        walk_coarsely(leg);
+      } else {
+        leg.depth = leg.most_depth = depths[next++];
+      }
+      leg.transmission = std::exp(-leg.depth);
       if (bounce_ > 0) continue;
       incoming_[leg.owner].transmission = leg.transmission;
       incoming_[leg.owner].transmission_air = air(leg.ray.t_max);
     }
+  }
+
+  /// Narrowest spot in the clouds, m, that makes a leg worth a walk by coarse cells: where its emission has to be followed
+  /// in any case. Transmission alone is faster by the batched walk through the leaves (octree/METHODS.md).
+  double narrowest_spot() const {
+    if (!settings_.footprint.exists() || !(settings_.footprint_tolerance > 0)) return kInfinity;
+    if (!settings_.parts.emission || !world_.emits(interval_) || !(world_.largest_source(interval_) < kInfinity)) return kInfinity;
+    if (!(air_ > 0) && world_.uniform_source(interval_)) return kInfinity;
+    double voxel_m = kInfinity;
+    for (int c = 0; c < world_.cloud_count(); ++c) voxel_m = std::min(voxel_m, world_.frame(c).voxel_m);
+    return voxel_m * (1 << Walk::kFinestStop);
+  }
+
+  bool is_wide(const Leg& leg) const noexcept {
+    if (!(narrowest_spot_ < kInfinity) || !leg.footprint.exists()) return false;
+    const auto [enter, leave] = world_.periodic() ? std::pair(leg.ray.t_min, leg.ray.t_max) : clip(leg.ray, world_.cloud_bounds());
+    return enter < leave && leg.footprint.at(leave) >= narrowest_spot_;
+  }
+
+  void walk_coarsely(Leg& leg) {
+    CoarseCells cells(leg.footprint, settings_.footprint_tolerance, world_.largest_source(interval_));
+    leg.emission = detail::light_along(world_, interval_, leg.ray, &cells);
+    leg.depth = cells.depth();
+    leg.most_depth = cells.depth() + cells.depth_doubt();
+    counts_.footprint += cells.counts();
   }
 
   void add_background() {
@@ -129,6 +166,10 @@ class Pass {
     if (!world_.emits(interval_) && !(air_ > 0)) return;
     const std::optional<double> source = air_ > 0 ? std::nullopt : world_.uniform_source(interval_);
     for (const Leg& leg : legs_) {
+      if (leg.coarse) {
+        incoming_[leg.owner].direct += leg.weight * leg.emission;
+        continue;
+      }
       if (leg.depth <= 0 && !world_.glows(interval_)) continue;
       incoming_[leg.owner].direct +=
           leg.weight * (source ? *source * one_minus_exp(leg.depth)
@@ -143,13 +184,14 @@ class Pass {
     std::vector<Flight> flights;
     for (std::size_t i = 0; i < legs_.size(); ++i) {
       const Leg& leg = legs_[i];
-      const double lost = one_minus_exp(leg.depth);
+      // Of a leg with coarse cells the leaves decide: what they do not hold of this depth, no point is placed in.
+      const double lost = one_minus_exp(leg.most_depth);
       if (!(lost > 0)) continue;
       const int count = std::clamp(static_cast<int>(std::ceil(lost * settings_.points)), 1, kMostPoints);
       Stream stream = stream_of(leg, 0);
       for (int k = 0; k < count; ++k) {
         const double u = (k + stream.uniform()) / count;
-        flights.push_back({leg.ray, std::min(-std::log1p(-u * lost), leg.depth)});
+        flights.push_back({leg.ray, std::min(-std::log1p(-u * lost), leg.most_depth)});
         points_.push_back({static_cast<std::uint32_t>(i), k, 0.0, leg.weight * lost / count});
       }
     }
@@ -228,7 +270,7 @@ class Pass {
       bool exact;
       const Vec3d toward = mirror_direction(leg.ray.direction, at.normal, material.roughness(), stream, exact);
       mirrored.push_back({{at.position, toward, world_.surfaces().clearance(), kInfinity}, leg.owner, share, at.id,
-                          settings_.parts.sun_disc && exact, {}});
+                          settings_.parts.sun_disc && exact, {}, exact ? leg.footprint.from(leg.hit.t) : Footprint()});
       if (material.roughness() > 0 && direct_.suns()) {
         // A rough mirror would find the small discs too rarely.
         detail::DiscPlaces discs = discs_of(leg, kReflectStep);
@@ -284,6 +326,7 @@ class Pass {
   detail::DirectLight direct_;
   detail::Gather gather_;
   detail::Beyond beyond_;
+  double narrowest_spot_;
   int bounce_ = 0;
   std::vector<Leg> legs_;
   std::vector<ScatteringPoint> points_;

@@ -9,6 +9,7 @@
 #include <span>
 
 #include "photon/density.h"
+#include "photon/footprint.h"
 #include "photon/photon_map.h"
 #include "photon/world.h"
 
@@ -44,6 +45,11 @@ struct RadianceSettings {
   std::optional<int> scattering_depth;  ///< as in tracing; 0: nothing scatters into the ray
   std::uint64_t seed = 1;
   RadianceParts parts;
+  /// The spot of each ray of a call; the default is a line. Where a spot is wider than cells of a cloud whose emission
+  /// is followed through leaves, cells are taken whole.
+  Footprint footprint;
+  /// Most that this may change a ray's transmission, and its radiance relative to the largest source; 0: nothing.
+  double footprint_tolerance = 1e-3;
 };
 
 /// What arrives at the start of a ray, W/m2/sr.
@@ -71,6 +77,7 @@ struct RadianceCounts {
   std::uint64_t shadow_rays = 0;
   std::uint64_t gather_rays = 0;  ///< flights of gathered light
   std::uint64_t anomalies = 0;
+  FootprintCounts footprint;      ///< legs that were walked with one
 
   RadianceCounts& operator+=(const RadianceCounts& other) noexcept {
     rays += other.rays;
@@ -79,6 +86,7 @@ struct RadianceCounts {
     shadow_rays += other.shadow_rays;
     gather_rays += other.gather_rays;
     anomalies += other.anomalies;
+    footprint += other.footprint;
     return *this;
   }
 };

@@ -9,6 +9,17 @@
 namespace obscura {
 namespace {
 
+/// Of a cell of this level in the world, m.
+double longest_side(const Cloud& cloud, int level) noexcept {
+  double side = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    Vec3d edge(0);
+    edge[axis] = std::ldexp(1.0, level);
+    side = std::max(side, transform_direction(cloud.octree->index_to_local() * cloud.local_to_world, edge).length());
+  }
+  return side;
+}
+
 CloudFrame make_frame(const Cloud& cloud) {
   CloudFrame frame;
   if (!(std::abs(linear_determinant(cloud.local_to_world)) > 0)) {
@@ -28,6 +39,7 @@ CloudFrame make_frame(const Cloud& cloud) {
         transform_box(cloud.octree->index_to_local(), Box3d(Vec3d(domain.min), Vec3d(domain.max)));
   }
   frame.period_m = cloud.period_m;
+  frame.voxel_m = longest_side(cloud, 0);
   for (std::size_t axis = 0; axis < 2; ++axis) {
     const int a = static_cast<int>(axis);
     const double size = frame.local_bounds.max[a] - frame.local_bounds.min[a];
@@ -67,13 +79,7 @@ LocalOptics walk_to_depth(const World& world, int interval, const Flight& flight
 double largest_leaf(const Cloud& cloud) noexcept {
   int level = 3;
   for (std::uint32_t i = 0; i < cloud.octree->block_count(); ++i) level = std::max(level, cloud.octree->block(i).cell.level);
-  double side = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    Vec3d edge(0);
-    edge[axis] = std::ldexp(1.0, level);
-    side = std::max(side, transform_direction(cloud.octree->index_to_local() * cloud.local_to_world, edge).length());
-  }
-  return side;
+  return longest_side(cloud, level);
 }
 
 }  // namespace
@@ -117,6 +123,21 @@ CloudOptics::CloudOptics(const Cloud& cloud, const Band& band, int interval, int
   if (temperature_.channel < 0 && added_ == 0 && one_albedo && !cloud.media.empty()) {
     uniform_source_ = (1 - at(cloud.media.front().albedo)) * constant_source_;
   }
+  if (emits_) {
+    double largest_share = 0;
+    for (const Part& part : parts_) {
+      if (part.extinction > 0) largest_share = std::max(largest_share, 1 - part.scattering / part.extinction);
+    }
+    double warmest = constant_source_;
+    if (temperature_.channel >= 0) warmest = source_range(cloud.octree->bounds(temperature_.channel)).second;
+    largest_source_ = added_ > 0 ? kInfinity : largest_share * warmest;
+  }
+}
+
+std::pair<double, double> CloudOptics::source_range(const Bounds& value) const noexcept {
+  const double a = temperature_.scale * static_cast<double>(value.min) + temperature_.offset_K;
+  const double b = temperature_.scale * static_cast<double>(value.max) + temperature_.offset_K;
+  return {(*planck_)(std::min(a, b)), (*planck_)(std::max(a, b))};
 }
 
 Vec3d CloudFrame::wrap(Vec3d local) const noexcept {
@@ -307,6 +328,12 @@ bool World::emits(int interval) const noexcept {
     if (optics(c, interval).emits()) return true;
   }
   return false;
+}
+
+double World::largest_source(int interval) const noexcept {
+  double largest = 0;
+  for (int c = 0; c < cloud_count(); ++c) largest = std::max(largest, optics(c, interval).largest_source());
+  return largest;
 }
 
 bool World::glows(int interval) const noexcept {

@@ -74,6 +74,7 @@ struct CloudFrame {
   Affine map_to_index;
   Box3d local_bounds;                  ///< of the octree's domain, in the cloud's own metres
   std::array<double, 2> period_m{0, 0};
+  double voxel_m = 0;                  ///< longest side of a voxel in the world, m
 
   bool periodic() const noexcept { return period_m[0] > 0 || period_m[1] > 0; }
   /// A point of the cloud's own metres, moved into the first cell.
@@ -158,6 +159,8 @@ class World {
   bool emits(int interval) const noexcept;
   /// A cloud emits without absorbing.
   bool glows(int interval) const noexcept;
+  /// Most that emission over extinction can be anywhere, W/m2/sr; infinite where a cloud may emit without absorbing.
+  double largest_source(int interval) const noexcept;
   /// Emission over extinction where it is one number in every cloud, W/m2/sr.
   std::optional<double> uniform_source(int interval) const noexcept;
   /// The medium, where there is only one in the World: albedo and phase function are then the same

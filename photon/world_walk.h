@@ -9,6 +9,7 @@
 #include <type_traits>
 
 #include "octree/walk.h"
+#include "photon/footprint.h"
 #include "photon/world.h"
 
 namespace obscura {
@@ -37,17 +38,26 @@ class CellRays {
 /// One cloud's non-empty segments along a ray.
 class CloudStream {
  public:
-  CloudStream(const World& world, int cloud, int interval, const Ray& ray) noexcept
+  CloudStream(const World& world, int cloud, int interval, const Ray& ray, CoarseCells* coarse = nullptr) noexcept
       : cloud_(&world.clouds()[static_cast<std::size_t>(cloud)]),
         optics_(&world.optics(cloud, interval)),
-        cells_(world.frame(cloud), ray) {
+        cells_(world.frame(cloud), ray),
+        coarse_(coarse),
+        voxel_m_(world.frame(cloud).voxel_m) {
     next();
   }
 
   /// False once there is nothing more; the values then are those of an empty segment at infinity.
   bool next() noexcept {
     for (;;) {
-      while (walk_ && walk_->next()) {
+      while (walk_ && (coarse_ ? walk_->next(*this) : walk_->next())) {
+        if (coarse_ && walk_->coarse()) {
+          begin_ = walk_->begin();
+          end_ = walk_->end();
+          local_ = cell_;
+          coarse_->passed_over((end_ - begin_) * faces_);
+          return true;
+        }
         if (walk_->empty()) continue;
         begin_ = walk_->begin();
         end_ = walk_->end();
@@ -57,6 +67,7 @@ class CloudStream {
       const std::optional<Ray> piece = cells_.next();
       if (!piece) break;
       walk_.emplace(*cloud_->octree, *piece);
+      if (coarse_) faces_ = std::abs(piece->direction.x) + std::abs(piece->direction.y) + std::abs(piece->direction.z);
     }
     walk_.reset();
     begin_ = end_ = kInfinity;
@@ -68,10 +79,26 @@ class CloudStream {
   double end() const noexcept { return end_; }
   const LocalOptics& optics() const noexcept { return local_; }
 
+  /// What the walk asks where it may stop above the leaves.
+  int level(double t) const noexcept { return coarse_->level(t, voxel_m_); }
+  bool take(const CellBounds& bounds, double begin, double end) noexcept {
+    const double length = end - begin;
+    if (!(length > 0)) return false;
+    const std::optional<CoarseOptics> cell =
+        optics_->coarse(bounds, [&](double extinction) { return coarse_->allows(length, extinction); });
+    if (!cell || !coarse_->take(length, cell->extinction, cell->emission)) return false;
+    cell_ = cell->mean;
+    return true;
+  }
+
  private:
   const Cloud* cloud_;
   const CloudOptics* optics_;
   CellRays cells_;
+  CoarseCells* coarse_;
+  double voxel_m_;
+  double faces_ = 0;  // of voxels that the ray crosses, per unit of t
+  LocalOptics cell_;  // of the coarse cell that the walk is in
   std::optional<Walk> walk_;
   double begin_ = kInfinity;
   double end_ = kInfinity;
@@ -81,9 +108,10 @@ class CloudStream {
 /// Segments of the whole World. Gaps between segments hold nothing.
 class WorldWalk {
  public:
-  WorldWalk(const World& world, int interval, const Ray& ray) noexcept {
+  /// @param coarse null: by leaves alone; else it has to be told each segment's depth as soon as that is done with
+  WorldWalk(const World& world, int interval, const Ray& ray, CoarseCells* coarse = nullptr) noexcept {
     for (int cloud = 0; cloud < world.cloud_count(); ++cloud) {
-      const CloudStream* stream = new (slot(count_)) CloudStream(world, cloud, interval, ray);
+      const CloudStream* stream = new (slot(count_)) CloudStream(world, cloud, interval, ray, coarse);
       if (stream->begin() < kInfinity) ++count_;
     }
   }

@@ -119,6 +119,72 @@ TEST_CASE("the walk tiles the ray without gaps or overlaps", "[octree][walk]") {
   CHECK(segments_seen > 30000u * 3);
 }
 
+TEST_CASE("a walk with stops tiles the ray, and takes whole cells that it is allowed", "[octree][walk]") {
+  const Box3i domain(Vec3i(-13, -70, 5), Vec3i(61, 20, 76));
+  const Octree tree = lossless(field_stream(domain, {"density"}, patchwork(1)));
+  struct Stops {
+    const Octree& tree;
+    int coarsest;
+    double share;  // of the cells that are taken
+    std::uint64_t asked = 0;
+    double taken_begin = 0, taken_end = -1;
+    float taken_mean = 0;
+    bool ok = true;
+
+    int level(double) const noexcept { return coarsest; }
+    bool take(const CellBounds& bounds, double begin, double end) noexcept {
+      const Bounds b = bounds(0);
+      ok = ok && b.min <= b.mean && b.mean <= b.max && b.max > 0;
+      if (!(Stream(5, asked++, 0).uniform() < share)) return false;
+      taken_begin = begin;
+      taken_end = end;
+      taken_mean = b.mean;
+      return true;
+    }
+  };
+  const int coarsest = GENERATE(0, 2, 3, 4, 6, 30);
+  const double share = GENERATE(0.0, 0.3, 1.0);
+  std::uint64_t coarse = 0;
+  for (std::uint64_t i = 0; i < 10000; ++i) {
+    const Ray ray = awkward_ray(domain, 3, i);
+    Walk exact(tree, ray), segments(tree, ray);
+    Stops stops{tree, coarsest, share};
+    double last = 0, sum = 0, length = 0;
+    bool first = true, ok = true;
+    while (segments.next(stops)) {
+      ok = ok && segments.end() > segments.begin() && (first || segments.begin() == last);
+      last = segments.end();
+      sum += segments.end() - segments.begin();
+      first = false;
+      if (segments.coarse()) {
+        ++coarse;
+        const Cell cell = segments.cell();
+        ok = ok && cell.level >= 3 && cell.level <= std::min(coarsest, tree.top_level()) && tree.cell_at(cell.corner, cell.level).corner == cell.corner;
+        ok = ok && stops.taken_begin == segments.begin() && stops.taken_end == segments.end() && segments.value(0) == stops.taken_mean;
+        ok = ok && segments.value(0) == tree.bounds(0, cell).mean;
+        // The ray was not in it before.
+        const Vec3d before = ray.at(segments.begin() - 1e-7);
+        bool inside = segments.begin() > ray.t_min + 1e-6;
+        for (int axis = 0; axis < 3; ++axis) {
+          inside = inside && before[axis] > cell.corner[axis] + 1e-9 && before[axis] < cell.corner[axis] + (1 << cell.level) - 1e-9 &&
+                   before[axis] > domain.min[axis] + 1e-9 && before[axis] < domain.max[axis] - 1e-9;
+        }
+        ok = ok && !inside;
+      } else if (share == 0) {
+        ok = ok && exact.next() && exact.begin() == segments.begin() && exact.end() == segments.end() && exact.value(0) == segments.value(0);
+      }
+    }
+    const double none = 0;
+    brute_force_depth(domain, ray, patchwork(1), {&none, 0}, &length);
+    ok = ok && stops.ok && std::abs(sum - length) <= 1e-12 * (ray.origin.length() + length) / ray.direction.length();
+    if (!ok) {
+      INFO("ray " << i << " from " << ray.origin << " along " << ray.direction << ", coarsest " << coarsest << ", share " << share);
+      REQUIRE(ok);
+    }
+  }
+  CHECK((coarse > 5000) == (coarsest >= 3 && share > 0));
+}
+
 TEST_CASE("optical depth equals brute force on every awkward ray", "[octree][walk]") {
   const Box3i domain(Vec3i(-13, -30, 5), Vec3i(27, 12, 43));
   const Field field = patchwork(3);
