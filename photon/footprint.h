@@ -6,8 +6,6 @@
 #include <cmath>
 #include <cstdint>
 
-#include "octree/octree.h"
-
 namespace obscura {
 
 /// The spot that a ray stands for; the default is a line, which is walked exactly.

@@ -140,6 +140,7 @@ Plan make_plan(const Description& scene, const World& world) {
   plan.radiance.specular_depth = scene.sensor.specular_depth;
   plan.radiance.scattering_depth = scene.sensor.scattering_depth;
   plan.radiance.seed = scene.render.seed;
+  plan.radiance.footprint_tolerance = scene.render.octree_tolerance;
   if (scene.render.method == MethodKind::path) {
     plan.radiance.gather_bounces = kAllBounces;
     share_samples(scene, plan);

@@ -74,6 +74,11 @@ std::string to_json(const Report& report) {
                               {"error_measured", number(o.error_measured)},
                               {"error_bound", number(o.error_bound)}});
   }
+  json["footprint"] = {{"rays", report.footprint.rays},
+                       {"segments", report.footprint.segments},
+                       {"coarse_cells", report.footprint.coarse_cells},
+                       {"voxels", number(report.footprint.voxels)},
+                       {"error_bound", number(report.footprint.error_bound)}};
   json["memory"] = {{"peak_MiB", number(report.peak_MiB)}};
   json["time_s"] = members(report.time_s);
   json["rays"] = members(report.rays);

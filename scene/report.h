@@ -33,6 +33,15 @@ struct PhotonReport {
   std::uint64_t bytes = 0;
 };
 
+/// What walks through coarse cells of the clouds have saved.
+struct FootprintReport {
+  std::uint64_t rays = 0;          ///< that were walked so, per spectral interval
+  std::uint64_t segments = 0;      ///< that they went by
+  std::uint64_t coarse_cells = 0;  ///< among these
+  double voxels = 0;               ///< on the rays inside coarse cells, by estimate: segments, had leaves been voxels
+  double error_bound = 0;          ///< largest of any ray: of transmission, and of radiance over the largest source
+};
+
 struct OctreeReport {
   std::string name;
   std::uint64_t leaves = 0;
@@ -78,6 +87,7 @@ struct Report {
   std::vector<std::pair<std::string, EnergyReport>> energy;  ///< per band
   PhotonReport photons;
   std::vector<OctreeReport> octree;
+  FootprintReport footprint;
   double peak_MiB = 0;
   std::vector<std::pair<std::string, double>> time_s;            ///< per stage
   std::vector<std::pair<std::string, std::uint64_t>> rays;       ///< per criterion

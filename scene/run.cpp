@@ -117,6 +117,8 @@ Report make_report(const Session& session, const Light& light, const Rendered& r
     report.octree.push_back({octree.name, leaves, octree.statistics.bytes, octree.statistics.bytes_dense,
                              octree.tolerance, octree.build.error_measured, octree.build.error_bound});
   }
+  const FootprintCounts& footprint = rendered.counts.footprint;
+  report.footprint = {footprint.rays, footprint.segments, footprint.coarse, footprint.voxels, footprint.error_bound};
   report.rays = {{"base", rendered.film.rays()}};
   report.anomalies = {{"photons", light.anomalies},
                       {"radiance", rendered.counts.anomalies},

@@ -132,4 +132,20 @@ std::optional<Spot> Camera::spot(double px0, double py0, double px1, double py1)
   return spot;
 }
 
+Footprint Camera::footprint(double pixel_share) const noexcept {
+  const double side = std::sqrt(pixel_share) * scale_;
+  const double corner = 0.5 * std::hypot(columns(), rows()) * scale_;  // farthest from the axis
+  switch (settings_.projection) {
+    case Projection::orthographic:
+      return {side, 0};
+    case Projection::perspective:
+      // Along the radius, the angle is the arc tangent.
+      return {0, side / (1 + corner * corner)};
+    case Projection::fisheye:
+      // Around the axis, circles shrink beyond 90 degrees.
+      return {0, corner < kPi ? side * std::sin(corner) / corner : 0.0};
+  }
+  return {};
+}
+
 }  // namespace obscura

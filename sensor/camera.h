@@ -6,6 +6,7 @@
 
 #include "octree/base/error.h"
 #include "octree/base/math.h"
+#include "photon/footprint.h"
 
 namespace obscura {
 
@@ -47,6 +48,10 @@ class Camera {
   /// from planes; where the rectangle reaches beyond 180 degrees from the axis, or is wider than half a
   /// radian, the spot holds all directions. Nothing where no corner has a ray.
   std::optional<Spot> spot(double px0, double py0, double px1, double py1) const noexcept;
+
+  /// The spot of rays that stand for a share, (0, 1], of a pixel each: a square, and no wider than the narrowest
+  /// pixel's.
+  Footprint footprint(double pixel_share) const noexcept;
 
   int columns() const noexcept { return settings_.resolution[0]; }
   int rows() const noexcept { return settings_.resolution[1]; }

@@ -27,6 +27,7 @@ Report example() {
   report.probes = {{"p", {{"lwir", {1.5, std::nan("")}}}}};
   report.flux = {{"top", {{"lwir", {2, 1, 0.1}}}}};
   report.warnings = {"the file \xff is odd"};
+  report.footprint = {7, 20, 3, 30.5, 2e-4};
   report.partial = true;
   return report;
 }
@@ -49,6 +50,11 @@ TEST_CASE("the report holds what SCENE.md lists", "[scene][report]") {
   for (const char* key : {"name", "leaves", "bytes", "bytes_dense", "tolerance", "error_measured", "error_bound"}) {
     CHECK(json["octree"][0].contains(key));
   }
+  CHECK(json["footprint"]["rays"] == 7);
+  CHECK(json["footprint"]["segments"] == 20);
+  CHECK(json["footprint"]["coarse_cells"] == 3);
+  CHECK(json["footprint"]["voxels"] == 30.5);
+  CHECK(json["footprint"]["error_bound"] == 2e-4);
   CHECK(json["memory"]["peak_MiB"] == 12.5);
   CHECK(json["rays"]["base"] == 64);
   CHECK(json["anomalies"].is_object());

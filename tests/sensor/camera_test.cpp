@@ -160,6 +160,37 @@ TEST_CASE("directions are unit vectors from everywhere, at every angle", "[senso
   }
 }
 
+TEST_CASE("a footprint is as wide as the narrowest pixel, and a share of it in proportion", "[sensor][camera]") {
+  // Neighbouring rays' angle, or their distance, against the footprint.
+  const auto narrowest = [](const Camera& camera, double from) {
+    double least = kInfinity;
+    for (int y = 0; y < camera.rows(); ++y) {
+      for (int x = 0; x < camera.columns(); ++x) {
+        const auto ray = camera.ray(x, y), right = camera.ray(x + 1, y), below = camera.ray(x, y + 1);
+        for (const auto& other : {right, below}) {
+          const Vec3d apart = from > 0 ? other->direction - ray->direction : other->origin - ray->origin;
+          least = std::min(least, apart.length());
+        }
+      }
+    }
+    return least;
+  };
+  CameraSettings wide = looking_north(Projection::orthographic, 0, 40, 30);
+  wide.width_m = 80;
+  CHECK(Camera(wide).footprint(1).at(1e3) == Approx(2));
+  CHECK(Camera(wide).footprint(0.25).at(1e3) == Approx(1));
+  for (const Projection projection : {Projection::perspective, Projection::fisheye}) {
+    for (const double fov : {0.1, 20.0, 100.0}) {
+      const Camera camera(looking_north(projection, fov, 40, 30));
+      const Footprint spot = camera.footprint(1);
+      CHECK(spot.width == 0);
+      CHECK(spot.spread <= narrowest(camera, 1) * (1 + 1e-6));
+      CHECK(spot.spread > 0.4 * narrowest(camera, 1));
+      CHECK(camera.footprint(1.0 / 16).spread == Approx(spot.spread / 4));
+    }
+  }
+}
+
 TEST_CASE("settings that make no picture are named", "[sensor][camera]") {
   const CameraSettings good = looking_north(Projection::perspective, 20, 32, 24);
   CHECK(!camera_problem(good));
