@@ -224,6 +224,17 @@ TEST_CASE("a vehicle behind a hill is not counted, nor is what a sphere hides", 
   const World lying = world_of({plain(box_mesh({-1, 30, -0.2}, {1, 32, 0.001}, false), 1), plain(parallelogram({-99, 0, 0}, {200, 0, 0}, {0, 300, 0}))});
   CHECK(SpotQuery(lying, far, 0)(pinhole_spot({0, 0, 1}, {0, 31, -1}, 0.01, 0.012)) != Criterion::none);
 
+  // Under one slope of a valley, higher than its bottom.
+  auto valley = std::make_shared<Mesh>();
+  valley->vertices = {{-9, -9, 4.5}, {0, -9, 0}, {9, -9, 4.5}, {-9, 9, 4.5}, {0, 9, 0}, {9, 9, 4.5}};
+  valley->faces = {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}};
+  for (const double z : {0.25, 0.55}) {
+    const World world_below = world_of({plain(valley), plain(triangle({-1, 0.1, z}, {-0.9, 0.1, z}, {-1, 0.2, z}), 1)});
+    SpotThresholds steep = far;
+    steep.normal.reset();
+    CHECK(SpotQuery(world_below, steep, 0)(pinhole_spot({0.01, 0.02, 10}, {0, 0, -1}, 0.2, 0.2)) == (z < 0.5 ? Criterion::none : Criterion::polygons));
+  }
+
   WorldContents contents = empty_contents();
   contents.materials = {grey_material(0.9)};
   contents.objects = {grey_sphere({0, 0, 0}, 1, 0, 1), grey_sphere({0, 3, 0}, 0.2, 0, 1)};
@@ -309,6 +320,9 @@ TEST_CASE("unwelded meshes cover; folds, gaps, nets and backs count", "[photon][
   contents.materials = {grey_material(0.9), grey_material(0.9)};
   contents.materials[1].permeable = 0.5;
   contents.objects = {plain(loose), plain(parallelogram({-9, -9, 1}, {18, 0, 0}, {0, 18, 0}), 1)};
+  CHECK(SpotQuery(World(contents), {}, 0)(spot) == Criterion::polygons);
+  // One face of the net in front of all of the spot.
+  contents.objects[1].mesh = triangle({-99, -99, 1}, {99, -99, 1}, {0, 99, 1});
   CHECK(SpotQuery(World(contents), {}, 0)(spot) == Criterion::polygons);
   contents.objects[1].local_to_world = placement({0, 0, -2}, Vec3d(0), 1);
   CHECK(SpotQuery(World(contents), {}, 0)(spot) == Criterion::none);
