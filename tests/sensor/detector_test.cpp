@@ -317,6 +317,22 @@ TEST_CASE("counts rise with the signal and end at both ends of the range", "[sen
   CHECK(counts_of(settings) != b);
 }
 
+TEST_CASE("a dead pixel is told as dead, not as cut by the range", "[sensor][detector][counts]") {
+  const std::vector<Band> bands{Band("g")};
+  DetectorSettings settings;
+  settings.bits = 8;
+  settings.range = {1, 3};
+  settings.dead_share = 0.25;
+  Image image = uniform(bands, 40, 40, {2});
+  const DetectorTally tally = detect(image, bands, settings, {})[0];
+  CHECK(tally.dead > 0);
+  CHECK(tally.below == 0);
+  CHECK(static_cast<std::uint64_t>(std::ranges::count(image.channel("g.counts"), 0.0f)) == tally.dead);
+  settings.range = {2.5, 3};  // what lives is cut as well
+  image = uniform(bands, 40, 40, {2});
+  CHECK(detect(image, bands, settings, {})[0].below == 1600 - tally.dead);
+}
+
 TEST_CASE("a band's own settings replace those of all, and what they exclude", "[sensor][detector]") {
   DetectorSettings all;
   all.nedt_K = 0.1;
