@@ -32,6 +32,9 @@ struct Fragment {
   }
 };
 
+/// A direction after a mirror.
+inline Vec3d mirrored(const Vec3d& way, const Vec3d& normal) noexcept { return way - 2 * way.dot(normal) * normal; }
+
 /// A plane that rays of a spot begin at, instead of at the eye.
 using Mirror = HalfSpace;  // its inside is where they go
 
