@@ -171,11 +171,16 @@ Obscuration find_obscuration(const Description& scene, const ObscurationWish& wi
     result.wish.thresholds.difference_K = noise_K(detector, cloudy.world().bands());
   }
 
+  // Both looks are estimated in one way, or what they differ by would be the methods': the plan of a scene without
+  // clouds sees no need to gather.
+  RenderDescription alike = scene.render;
+  if (alike.method == MethodKind::photon) alike.final_gather = cloudy.plan().radiance.gather_bounces > 0 ? 1 : 0;
+
   Found found(view.targets.size(), std::vector<std::vector<SightReplica>>(scene.bands.size()));
   Tally tally;
   for (int replica = 0; replica < wish.replicas && !progress.cancelled(); ++replica) {
     // The first replica has the scene's own seed: its photons make the pictures too.
-    RenderDescription render = scene.render;
+    RenderDescription render = alike;
     render.seed += 1000003 * static_cast<std::uint64_t>(replica);
     std::vector<std::vector<Sight>> sights(2);
     for (std::size_t side = 0; side < 2; ++side) {

@@ -91,8 +91,11 @@ std::string pictures(const Obscuration& obscuration, const std::string& band, bo
   std::string html = "<div class=\"pictures\">\n";
   PreviewSettings settings;
   settings.marks = cut(std::span<const std::uint8_t>(marks), with.columns(), box);
-  settings.magnify = std::clamp(340 / std::max(box[2], box[3]), 1, 16);
-  const std::string shown = grey || !with.has(band + ".temperature") ? band + ".radiance" : band + ".temperature";
+  settings.magnify = std::clamp(static_cast<int>(std::lround(480.0 / std::max(box[2], box[3]))), 1, 16);
+  // Below 2.5 um no ordinary thing glows: its kelvin are for nobody's eyes.
+  const bool thermal = !grey && with.has(band + ".temperature") && std::get<double>(with.metadata.at("obscura:band." + band + ".um_max")) > 2.5;
+  std::string shown = band;
+  shown += thermal ? ".temperature" : ".radiance";
   share_scale(obscuration, shown, box, settings);
   const auto add = [&](const std::string& title, const Image& image, const std::string& channel) {
     html += fmt::format("<figure>{}<figcaption>{}</figcaption></figure>\n", html_picture(title, preview(cut(image, channel, box), channel, settings)),
@@ -129,7 +132,7 @@ std::string page(const Obscuration& obscuration) {
                                  html_escaped(obscuration.scene.empty() ? "scene " + obscuration.hash : obscuration.scene), obscuration.replicas,
                                  obscuration.seed, obscuration.partial ? "; <span class=\"differ\">stopped before the end</span>" : "");
   html +=
-      "<p class=\"about\">Objects are outlined in green, their surroundings in white. Numbers stand with their 95 % intervals. The pictures with "
+      "<p class=\"about\">Objects are outlined in green, their surroundings in blue. Numbers stand with their 95 % intervals. The pictures with "
       "and without the cloud have one colour scale. Transmission is that of the clouds between the sensor and the object.</p>\n";
   const bool pictured = obscuration.with && obscuration.without;
   if (pictured && !obscuration.objects.empty()) {

@@ -31,6 +31,7 @@ Json json_of(const SightContrast& c, bool nedt) {
                {"share_below_contrast", json_of(c.lost_contrast)}};
   if (nedt) json["share_below_nedt"] = json_of(c.lost_K);
   json["pixel_error"] = c.pixel_error;
+  json["difference_bias"] = c.difference_bias;
   return json;
 }
 

@@ -94,6 +94,18 @@ class Looks {
     return *d / *s;
   }
 
+  /// Of the difference, as the map estimates it of itself.
+  double difference_bias() const {
+    double object = 0, object_lines = 0, around = 0, around_lines = 0;
+    for (std::size_t r = 0; r < looks_.size(); ++r) {
+      object += looks_[r]->bias;
+      object_lines += object_lines_[r];
+      around += looks_[r]->surround_bias;
+      around_lines += looks_[r]->surround_lines;
+    }
+    return object_lines > 0 && around_lines > 0 ? object / object_lines - around / around_lines : 0.0;
+  }
+
   /// Share of the visible area whose pixels' mean radiance is between two bounds.
   std::optional<double> share_between(int out, double low, double high) const {
     double inside = 0, all = 0;
@@ -170,6 +182,7 @@ SightContrast contrast_of(const Band& band, const Looks& looks, const Obscuratio
   c.surroundings_K = confident(n, [&](int out) { return kelvin(band, looks.surroundings(out)); }, 0);
   c.difference_K = confident(n, [&](int out) { return kelvin_difference(band, looks, out); });
   c.pixel_error = looks.pixel_error();
+  c.difference_bias = looks.difference_bias();
   c.lost_contrast = confident(
       n,
       [&](int out) -> std::optional<double> {
@@ -232,20 +245,25 @@ void add_transmission(std::span<const SightReplica> replicas, const ObscurationS
   }
 }
 
-/// Shares that noise alone may have made.
-void note_noise(const char* look, const Band& band, const SightContrast& c, const ObscurationSettings& settings,
-                std::vector<std::string>& notes) {
-  if (c.surroundings && c.surroundings->value > 0 && c.pixel_error > 0.5 * settings.contrast * c.surroundings->value) {
-    notes.push_back(fmt::format("{} the cloud a pixel's noise is {:.2g} of the surroundings, not small against the contrast of {:.3g}: more "
-                                "photons, samples or replicas make the share below it sharper",
-                                look, c.pixel_error / c.surroundings->value, settings.contrast));
-  }
-  if (c.lost_K && c.surroundings_K) {
-    const double K = c.pixel_error / band.planck_derivative(c.surroundings_K->value);
-    if (K > 0.5 * *settings.difference_K) {
-      notes.push_back(fmt::format("{} the cloud a pixel's noise is {:.2g} K, not small against the difference of {:.3g} K: more photons, "
-                                  "samples or replicas make the share below it sharper",
-                                  look, K, *settings.difference_K));
+/// What the intervals do not tell: shares below thresholds that a pixel's noise reaches, and the map's own bias.
+void add_notes(const Band& band, const ObscurationSettings& settings, BandObscuration& result) {
+  for (const auto& [look, c] : {std::pair{"with", &result.with}, std::pair{"without", &result.without}}) {
+    std::string note;
+    if (c->surroundings && c->surroundings->value > 0 && c->pixel_error > 0.5 * settings.contrast * c->surroundings->value) {
+      note = fmt::format("{:.2g} of the surroundings", c->pixel_error / c->surroundings->value);
+    }
+    if (c->lost_K && c->surroundings_K) {
+      const double K = c->pixel_error / band.planck_derivative(c->surroundings_K->value);
+      if (K > 0.5 * *settings.difference_K) note += fmt::format("{}{:.2g} K", note.empty() ? "" : ", ", K);
+    }
+    if (!note.empty()) {
+      result.notes.push_back(fmt::format("{} the cloud, a pixel's own noise ({}) is not small against the threshold: the share below it is rough", look, note));
+    }
+    if (c->difference && std::abs(c->difference_bias) > 0.5 * (c->difference->high - c->difference->low) &&
+        std::abs(c->difference_bias) > 1e-3 * std::abs(c->difference->value)) {
+      result.notes.push_back(fmt::format("{} the cloud, the photon map's own bias may be {:+.2g} of the difference's radiance, more than its interval: "
+                                         "more photons make it smaller, method path has none",
+                                         look, c->difference_bias));
     }
   }
 }
@@ -328,8 +346,7 @@ BandObscuration find_obscuration(const Band& band, std::span<const SightReplica>
   if (!result.difference_ratio) {
     result.notes.push_back("without the cloud the object's mean does not stand out from its surroundings: there is no ratio with to without");
   }
-  note_noise("with", band, result.with, settings, result.notes);
-  note_noise("without", band, result.without, settings, result.notes);
+  add_notes(band, settings, result);
   return result;
 }
 

@@ -48,6 +48,8 @@ struct Look {
   std::vector<double> lines, radiance;
   /// The same, of all lines through the ring that do not end on the object.
   double surround_lines = 0, surround_radiance = 0;
+  /// Sums of the estimated biases of those radiances, over the object's lines and over the ring's.
+  double bias = 0, surround_bias = 0;
 };
 
 /// One of several independent repetitions with random numbers of their own: rays, photons and paths. Only the rays
@@ -80,6 +82,8 @@ struct SightContrast {
   /// Standard error of one pixel of the object, RMS over them, in units of the radiance: noise that a share below a
   /// threshold must not be made of.
   double pixel_error = 0;
+  /// How far the photon map's own bias may have carried the difference: no interval knows of it.
+  double difference_bias = 0;
 };
 
 struct BandObscuration {

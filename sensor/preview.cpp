@@ -11,7 +11,7 @@ namespace obscura {
 namespace {
 
 constexpr Colour kPaper{18, 19, 24}, kInk{222, 222, 226}, kFaint{120, 122, 132}, kNothing{38, 42, 54};
-constexpr Colour kOuterLine{236, 236, 240}, kInnerLine{64, 230, 120};
+constexpr Colour kOuterLine{70, 150, 255}, kInnerLine{64, 230, 120};
 
 // One panel's worth: values, what they are called, how they are shown.
 struct Panel {

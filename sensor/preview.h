@@ -22,7 +22,7 @@ struct PreviewSettings {
   /// Title and scale.
   bool legend = true;
   /// Per pixel, row by row, or nothing: between two pixels of different marks a line is drawn, on the side of the
-  /// smaller one, in white around marks of 1 and in green around higher ones.
+  /// smaller one, in blue around marks of 1 and in green around higher ones.
   std::vector<std::uint8_t> marks;
   /// Screen pixels per image pixel; 0: as many as make a small image visible.
   int magnify = 0;

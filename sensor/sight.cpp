@@ -96,7 +96,7 @@ SightRays sight_rays(const Camera& camera, const ObjectMask& mask, int lines_per
 Sight look(const World& world, std::span<const PhotonMaps> maps, const RadianceSettings& radiance, const SightRays& rays,
            std::uint32_t object, const Progress& progress) {
   const std::size_t bands = world.bands().size(), count = rays.rays.size();
-  std::vector<double> values(bands * count), transmission(bands * count);
+  std::vector<double> values(bands * count), biases(bands * count), transmission(bands * count);
   std::vector<std::uint8_t> on_object(count);
   const std::size_t blocks = (count + kBlock - 1) / kBlock;
   std::vector<RadianceCounts> counts(blocks);
@@ -114,6 +114,7 @@ Sight look(const World& world, std::span<const PhotonMaps> maps, const RadianceS
       counts[block] += incoming_radiance(world, i, map, radiance, here, std::span(rays.histories).subspan(first, size), incoming);
       for (std::size_t r = 0; r < size; ++r) {
         values[b * count + first + r] += incoming[r].total();
+        biases[b * count + first + r] += incoming[r].bias;
         transmission[b * count + first + r] += weight * incoming[r].transmission;
       }
     }
@@ -137,10 +138,12 @@ Sight look(const World& world, std::span<const PhotonMaps> maps, const RadianceS
       if (on_object[r] && slot >= 0) {
         band.lines[static_cast<std::size_t>(slot)] += 1;
         band.radiance[static_cast<std::size_t>(slot)] += value;
+        band.bias += biases[b * count + r];
         sight.transmission[b].push_back(static_cast<float>(transmission[b * count + r]));
       } else if (!on_object[r] && slot < 0) {
         band.surround_lines += 1;
         band.surround_radiance += value;
+        band.surround_bias += biases[b * count + r];
       }
     }
   }

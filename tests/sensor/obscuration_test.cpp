@@ -165,6 +165,22 @@ TEST_CASE("an object as bright as its surroundings has no ratio, and says so", "
   CHECK_FALSE(dark.relative_ratio.has_value());
 }
 
+TEST_CASE("noise and bias that no interval holds are told", "[sensor][obscuration]") {
+  std::vector<SightReplica> replicas = exact_replicas();
+  CHECK(find_obscuration(Band("grey"), replicas, {}).notes.empty());
+  for (std::size_t r = 0; r < replicas.size(); ++r) {
+    replicas[r].with.bias = 40 * 0.5;
+    replicas[r].with.surround_bias = 100 * 0.1;
+    for (double& radiance : replicas[r].without.radiance) radiance += (r % 2 ? 4 : -4) * 0.2;
+  }
+  const BandObscuration found = find_obscuration(Band("grey"), replicas, {});
+  CHECK(found.with.difference_bias == Approx(0.4));
+  CHECK(found.without.pixel_error == Approx(0.2 * std::sqrt(4.0 / 3) / 2));
+  REQUIRE(found.notes.size() == 2);
+  CHECK(found.notes[0].find("with the cloud, the photon map's own bias may be +0.4") == 0);
+  CHECK(found.notes[1].find("without the cloud, a pixel's own noise") == 0);
+}
+
 TEST_CASE("a share that every line agrees on keeps room for lines that were not sent", "[sensor][obscuration]") {
   std::vector<SightReplica> replicas = exact_replicas();
   for (SightReplica& replica : replicas) replica.transmission.assign(250, 0.7f);

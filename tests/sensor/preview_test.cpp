@@ -116,6 +116,28 @@ TEST_CASE("the legend adds to the picture and leaves it whole", "[sensor][previe
   CHECK(found == 1);
 }
 
+TEST_CASE("marks are outlined on the side of the smaller one and cover nothing of their own", "[sensor][preview]") {
+  PreviewSettings settings = bare();
+  settings.magnify = 4;
+  const Raster plain = preview(example(), "lwir.temperature", settings);
+  settings.marks.assign(200, 0);
+  settings.marks[5 * 20 + 6] = 1;
+  settings.marks[5 * 20 + 7] = 2;
+  const Raster marked = preview(example(), "lwir.temperature", settings);
+  const auto differs = [&](int x, int y) { return marked.at(x, y) != plain.at(x, y); };
+  int changed = 0;
+  for (int y = 0; y < marked.rows(); ++y) {
+    for (int x = 0; x < marked.columns(); ++x) changed += differs(x, y) ? 1 : 0;
+  }
+  // Six outer sides and the one between the two, four screen pixels each.
+  CHECK(changed == 7 * 4);
+  CHECK(differs(6 * 4 - 1, 5 * 4));
+  CHECK(differs(7 * 4 - 1, 5 * 4));
+  CHECK_FALSE(differs(7 * 4, 5 * 4));
+  CHECK(marked.at(7 * 4 - 1, 5 * 4) == marked.at(8 * 4, 5 * 4));
+  CHECK(marked.at(6 * 4 - 1, 5 * 4) != marked.at(8 * 4, 5 * 4));
+}
+
 TEST_CASE("a channel that is not there is bad input", "[sensor][preview]") {
   CHECK_THROWS_AS(preview(example(), "mwir.radiance"), InputError);
   CHECK_THROWS_AS(preview_sheet(example(), "mwir"), InputError);
