@@ -2,6 +2,7 @@
 #include "scene/obscuration.h"
 
 #include <catch2/catch.hpp>
+#include <algorithm>
 #include <cmath>
 
 #include <nlohmann/json.hpp>
@@ -138,6 +139,26 @@ TEST_CASE("what is asked for and is not there is told", "[scene][obscuration]") 
   problems = problems_of(clear);
   REQUIRE(problems.size() == 1);
   CHECK(problems[0].where == "clouds");
+}
+
+TEST_CASE("what surfaces reflect is gathered in both looks unless the scene forbids it, and then it is told", "[scene][obscuration]") {
+  std::string text = scene_text(R"({"extinction": 0.2, "albedo": 0.5})");
+  text.replace(text.find(R"("K": 310)"), 8, R"("K": 310, "material": "paint")");
+  text.replace(text.find(R"("sensor")"), 8, R"("materials": {"paint": {"emissivity": 0.5}}, "environment": {"sky": {"K": 270}}, "sensor")");
+  ObscurationWish wish;
+  wish.replicas = 2;
+  const auto by = [&](const char* gather) {
+    return find_obscuration(parse_scene(text, ".", {{"/render/final_gather", gather}, {"/render/photons", "5000"}}), wish);
+  };
+  const Obscuration open = by("null"), on = by("1"), off = by("0");
+  CHECK(first(open).without.object->value == first(on).without.object->value);
+  CHECK(first(open).with.object->value == first(on).with.object->value);
+  CHECK(first(open).with.object->value != first(off).with.object->value);
+  const auto told = [](const Obscuration& o) {
+    return std::ranges::any_of(o.warnings, [](const std::string& w) { return w.find("nothing is gathered") != std::string::npos; });
+  };
+  CHECK_FALSE(told(open));
+  CHECK(told(off));
 }
 
 TEST_CASE("the texts hold every number, and the page holds its pictures", "[scene][obscuration]") {
