@@ -75,7 +75,9 @@ Rendered render(const World& world, std::span<const PhotonMaps> maps, const Came
   const auto by_map = [&](int interval, std::span<const Ray> rays, std::span<const std::uint64_t> histories,
                           std::span<Incoming> incoming) {
     const PhotonMaps* map = maps.empty() ? nullptr : &maps[static_cast<std::size_t>(interval)];
-    return incoming_radiance(world, interval, map, radiance, rays, histories, incoming);
+    RadianceSettings settings = radiance;
+    settings.footprint = camera.footprint(1.0 / sampling.max_oversampling);
+    return incoming_radiance(world, interval, map, settings, rays, histories, incoming);
   };
   return render(world, by_map, camera, sampling, progress);
 }
