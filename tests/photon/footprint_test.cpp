@@ -154,6 +154,27 @@ TEST_CASE("coarse cells of overlapping, distant and periodic clouds share one bo
   CHECK(require_bounds(hot_world({cell}), {10, 0.01}, 0.02, 300).coarse > 0);
 }
 
+TEST_CASE("the bound counts with the light that is left in front of a cell", "[footprint]") {
+  // An even brick of depth 2, then one of empty and full columns: the ray looks through an empty one.
+  HotWish wish;
+  wish.field = [](const Vec3i& v) {
+    const double density = v.z < 8 ? 0.25 : v.z < 16 && v.x % 2 == 1 ? 0.05 : 0.0;
+    return std::pair(density, density > 0 ? 600.0 : 0.0);
+  };
+  wish.extinction = 1;
+  const World world = hot_world({wish});
+  const Ray ray{{32.5, 32.5, -10}, {0, 0, 1}};
+  CoarseCells cells({8, 0}, 1, world.largest_source(0));
+  const Seen coarse = seen(world, ray, &cells);
+  const double front = std::exp(-2.0), bound = cells.counts().error_bound;
+  CHECK(cells.counts().coarse == 1);
+  CHECK(coarse.depth == Approx(2.2));
+  const double error = front - std::exp(-coarse.depth);
+  CHECK(error > 0.35 * bound);
+  CHECK(error <= bound);
+  CHECK(bound <= front * 0.5001);  // of extinction 0.2; of emission, whose temperature may be 0 K somewhere, 0.3
+}
+
 TEST_CASE("the mean over a spot of dense rays is within the bound, in its place and out of it", "[footprint]") {
   HotWish wish;
   wish.extinction = 5e-3;
