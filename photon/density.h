@@ -189,7 +189,7 @@ Estimate estimate_in_ball(const PhotonMap& map, const Vec3d& x, const Extinction
   }
   if (!(counts.level > 0)) {
     result.batch = {};
-    result.anomaly = true;
+    result.anomaly = result.photons > 0;
     return result;
   }
 

@@ -357,6 +357,18 @@ TEST_CASE("photons where there is no extinction are an anomaly, not a number", "
   CHECK_FALSE(estimate(map, {0.5, 0.5, 0.5}, homogeneous().extinction, one, {}).anomaly);
 }
 
+TEST_CASE("where surfaces hide all photons there is no light, and no anomaly", "[photon][density]") {
+  struct Hidden : Unobstructed {
+    bool obstructed(const Vec3d&, double) const { return true; }
+    bool sees(const Vec3d&, const Vec3d&) const { return false; }
+  };
+  const PhotonMap map(sow(homogeneous(), 1000, 5));
+  const Estimate e = estimate(map, {0.5, 0.5, 0.5}, homogeneous().extinction, one, {}, Hidden{});
+  CHECK(e.value == 0);
+  CHECK(e.photons == 0);
+  CHECK_FALSE(e.anomaly);
+}
+
 TEST_CASE("the rounds of the cubature are uniform rotations", "[photon][density]") {
   // First and second moments of where an axis goes, and other rounds go elsewhere.
   const int count = 20000;
