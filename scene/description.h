@@ -150,6 +150,21 @@ struct AtmosphereDescription {
   std::optional<Spectrum> radiance;
 };
 
+/// What asks for more rays than one in a pixel; a threshold that nothing reaches switches a criterion off.
+struct AntialiasingDescription {
+  int polygons = 2;                    ///< this many that differ; 0: every pixel gets max_oversampling rays
+  std::optional<int> polygons_strict;  ///< this many, alike or not
+  int materials = 2;
+  double normal_deg = 5;
+  double depth = 0.05;                 ///< relative
+  double temperature_K = 1;
+  double emissivity = 0.02;
+  double shadow = 0.05;
+  double transmission = 0.05;
+  double radiance = 0.05;              ///< relative
+  std::optional<double> error;         ///< relative standard error that a pixel is to reach
+};
+
 struct SensorDescription {
   Vec3d position_m{0, 0, 0};
   Vec3d look_at_m{0, 0, 0};
@@ -158,7 +173,8 @@ struct SensorDescription {
   double fov_deg = 20;  ///< perspective: full horizontal angle; fisheye: across the shorter side
   double width_m = 0;   ///< orthographic
   std::array<int, 2> resolution{320, 240};
-  int max_oversampling = 16;           ///< rays per pixel
+  int max_oversampling = 16;           ///< rays per pixel, at most
+  AntialiasingDescription antialiasing;
   int specular_depth = 4;              ///< mirror reflections at most
   std::optional<int> scattering_depth; ///< none: no limit
   DetectorSettings detector;

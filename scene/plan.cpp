@@ -108,16 +108,37 @@ bool gathers(const Description& scene, const World& world) {
   return false;
 }
 
-/// As many rays as there may be, each with its share of the samples. What is more than a pass can hold goes
-/// into further passes: of paths only, since passes that ask the same map are not independent.
+/// The rays of a pixel share its samples. What is more than a pass can hold goes into further passes: of paths
+/// only, since passes that ask the same map are not independent.
 void share_samples(const Description& scene, Plan& plan) {
   const int samples = scene.render.samples;
-  const int rays = std::min(plan.sampling.max_oversampling, samples);
-  plan.sampling.max_oversampling = rays;
-  plan.radiance.points = std::min((samples + rays - 1) / rays, kMostPoints);
+  // Where all pixels have as many rays, none is without a sample.
+  if (!plan.sampling.adaptive) plan.sampling.max_oversampling = std::min(plan.sampling.max_oversampling, samples);
+  plan.sampling.samples = samples;
   if (scene.render.method == MethodKind::path) {
-    plan.passes = (samples + rays * plan.radiance.points - 1) / (rays * plan.radiance.points);
+    plan.passes = (samples + kMostPoints - 1) / kMostPoints;
+    plan.sampling.samples = (samples + plan.passes - 1) / plan.passes;
   }
+}
+
+/// Nothing where a threshold says that every pixel is to have all its rays.
+std::optional<AdaptiveSettings> adaptive_of(const SensorDescription& sensor) {
+  const AntialiasingDescription& wish = sensor.antialiasing;
+  if (wish.polygons == 0 || wish.materials == 0 || wish.polygons_strict == 0) return std::nullopt;
+  AdaptiveSettings settings;
+  settings.geometry.polygons = wish.polygons;
+  settings.geometry.polygons_strict = wish.polygons_strict;
+  settings.geometry.materials = wish.materials;
+  settings.geometry.normal = wish.normal_deg * kPi / 180;
+  settings.geometry.depth = wish.depth;
+  settings.geometry.temperature_K = wish.temperature_K;
+  settings.geometry.emissivity = wish.emissivity;
+  settings.shadow = wish.shadow;
+  settings.transmission = wish.transmission;
+  settings.radiance = wish.radiance;
+  settings.error = wish.error;
+  settings.specular_depth = sensor.specular_depth;
+  return settings;
 }
 
 }  // namespace
@@ -127,6 +148,7 @@ Plan make_plan(const Description& scene, const World& world) {
   plan.effects = effects_of(scene, world);
   plan.camera = camera_of(scene.sensor);
   plan.sampling.max_oversampling = scene.sensor.max_oversampling;
+  plan.sampling.adaptive = adaptive_of(scene.sensor);
   plan.sampling.seed = scene.render.seed;
 
   plan.trace.photons = scene.render.photons;

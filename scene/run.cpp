@@ -96,6 +96,16 @@ std::vector<FluxReport> flux_of(const Session& session, const Light& light) {
   return reports;
 }
 
+/// Rays that were averaged by what asked for them, and those that decided.
+std::vector<std::pair<std::string, std::uint64_t>> ray_report(const RayCounts& rays) {
+  std::vector<std::pair<std::string, std::uint64_t>> report = {{"base", rays.base}, {"deciding", rays.deciding}};
+  for (int c = 0; c < kCriteria; ++c) {
+    const auto criterion = static_cast<Criterion>(c);
+    if (criterion != Criterion::none) report.emplace_back(name(criterion), rays.asked[static_cast<std::size_t>(c)]);
+  }
+  return report;
+}
+
 Report make_report(const Session& session, const Light& light, const Rendered& rendered) {
   Report report;
   const Description& scene = session.scene();
@@ -119,7 +129,7 @@ Report make_report(const Session& session, const Light& light, const Rendered& r
   }
   const FootprintCounts& footprint = rendered.counts.footprint;
   report.footprint = {footprint.rays, footprint.segments, footprint.coarse, footprint.voxels, footprint.error_bound};
-  report.rays = {{"base", rendered.film.rays()}};
+  report.rays = ray_report(rendered.rays);
   report.anomalies = {{"photons", light.anomalies},
                       {"radiance", rendered.counts.anomalies},
                       {"film", rendered.film.anomalies()}};
@@ -152,6 +162,7 @@ ImageOrigin origin_of(const Session& session, double time_s) {
   origin.method = session.scene().render.method == MethodKind::path ? "path" : "photon";
   origin.time_s = time_s;
   origin.has_bias = session.scene().render.method != MethodKind::path;
+  origin.has_criterion = session.plan().sampling.adaptive.has_value();
   origin.has_atmosphere = session.world().atmosphere().has_value();
   return origin;
 }

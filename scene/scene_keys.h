@@ -282,19 +282,19 @@ void keys(V& v, EnvironmentDescription& e) {
   v.optional("atmosphere", e.atmosphere, any(), "clear air between the scene's elements");
 }
 
-struct AntialiasingDescription {};
 template <class V>
-void keys(V& v, AntialiasingDescription&) {
-  v.later("polygons", 2, "refine where the spot holds at least this many different polygons");
-  v.later("polygons_strict", nullptr, "the same, counting all polygons");
-  v.later("materials", 2, "refine where the spot holds at least this many materials");
-  v.later("normal_deg", 5, "refine where normals differ by more");
-  v.later("depth", 0.05, "refine where the depth varies by more, relative");
-  v.later("temperature_K", 1, "refine where the temperature varies by more");
-  v.later("emissivity", 0.02, "refine where the emissivity varies by more");
-  v.later("shadow", 0.05, "refine where the shadow varies by more");
-  v.later("transmission", 0.05, "refine where the transmission varies by more");
-  v.later("radiance", 0.05, "refine where the radiance varies by more, relative");
+void keys(V& v, AntialiasingDescription& a) {
+  v.optional("polygons", a.polygons, between(0, 1e9), "refine where the spot holds at least this many different polygons; 0: everywhere");
+  v.optional("polygons_strict", a.polygons_strict, between(0, 1e9), "the same, counting all polygons");
+  v.optional("materials", a.materials, between(0, 1e9), "refine where the spot holds at least this many materials; 0: everywhere");
+  v.optional("normal_deg", a.normal_deg, between(0, 360), "refine where normals differ by more");
+  v.optional("depth", a.depth, at_least(0), "refine where the depth varies by more, relative");
+  v.optional("temperature_K", a.temperature_K, at_least(0), "refine where the temperature varies by more");
+  v.optional("emissivity", a.emissivity, at_least(0), "refine where the emissivity varies by more");
+  v.optional("shadow", a.shadow, at_least(0), "refine where the sunlit share varies by more");
+  v.optional("transmission", a.transmission, at_least(0), "refine where the clouds' transmission varies by more");
+  v.optional("radiance", a.radiance, at_least(0), "refine where the radiance varies by more, relative, beyond its noise");
+  v.optional("error", a.error, above(0), "more rays until the pixel's relative standard error is below; null: off");
 }
 
 template <class V>
@@ -343,8 +343,7 @@ void keys(V& v, SensorDescription& s) {
   v.optional("width_m", s.width_m, above(0), "orthographic: width of the picture; required there");
   v.optional("resolution", s.resolution, between(1, 65536), "pixels across and down");
   v.optional("max_oversampling", s.max_oversampling, between(1, 65536), "rays per pixel at most");
-  AntialiasingDescription antialiasing;
-  v.optional("antialiasing", antialiasing, any(), "where to send more rays");
+  v.optional("antialiasing", s.antialiasing, any(), "where to send more rays");
   v.optional("specular_depth", s.specular_depth, between(0, 1e9), "mirror reflections at most");
   v.optional("scattering_depth", s.scattering_depth, between(0, 1e9), "scatterings at most; null: no limit");
   v.optional("detector", s.detector, any(), "what the detector does to the radiance");

@@ -64,6 +64,7 @@ Rendered Session::render(const Progress& progress) {
     const Rendered more = pass(number);
     image.film.merge(more.film);
     image.counts += more.counts;
+    image.rays += more.rays;
   }
   return image;
 }

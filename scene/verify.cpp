@@ -227,7 +227,7 @@ void run_ordinates(const Session& session, const VerifySettings& settings, const
     solved.emplace_back(world, i, fine, progress.part(stage, static_cast<std::uint64_t>(i), parts));
   }
 
-  const Estimator by_ordinates = [&](int interval, std::span<const Ray> rays, std::span<const std::uint64_t>, std::span<Incoming> incoming) {
+  const Estimator by_ordinates = [&](int interval, double, std::span<const Ray> rays, std::span<const std::uint64_t>, std::span<Incoming> incoming) {
     std::vector<OrdinatesEstimate> estimates(rays.size());
     solved[static_cast<std::size_t>(interval)].radiance(rays, estimates, incoming);
     for (std::size_t r = 0; r < rays.size(); ++r) {

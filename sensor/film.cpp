@@ -40,25 +40,31 @@ float to_float(double value, std::uint64_t& anomalies) noexcept {
 }
 
 int common_channel(int bands, int which) noexcept { return Film::kBandValues * bands + which; }
-constexpr int kDepth = 0, kObject = 1, kRays = 2, kCommonChannels = 3;
+constexpr int kDepth = 0, kObject = 1, kRays = 2, kCriterion = 3, kCommonChannels = 4;
 
 }  // namespace
 
 void PixelSum::reset() noexcept {
   std::fill(bands_.begin(), bands_.end(), Sums{});
+  weight_ = weight2_ = last_weight_ = middle_weight2_ = 0;
   rays_ = 0;
   anomalies_ = 0;
   depth_m_ = kInfinity;
 }
 
-void PixelSum::add(const RaySample& ray) noexcept {
-  assert(ray.bands.size() == bands_.size());
+void PixelSum::add(const RaySample& ray, double weight) noexcept {
+  assert(ray.bands.size() == bands_.size() && weight > 0);
   if (!finite(ray)) {
     ++anomalies_;
     return;
   }
   ++rays_;
   depth_m_ = std::min(depth_m_, ray.depth_m);
+  weight_ += weight;
+  weight2_ += weight * weight;
+  const double middle2 = rays_ > 2 ? last_weight_ * last_weight_ : 0.0;
+  middle_weight2_ += middle2;
+  last_weight_ = weight;
   for (std::size_t b = 0; b < bands_.size(); ++b) {
     const BandSample& sample = ray.bands[b];
     Sums& sums = bands_[b];
@@ -67,18 +73,18 @@ void PixelSum::add(const RaySample& ray) noexcept {
     if (rays_ == 2) sums.step2 = (radiance - sums.last) * (radiance - sums.last);
     if (rays_ > 2) {
       const double bend = radiance - 2 * sums.last + sums.before_last;
-      sums.bends2 += bend * bend;
+      sums.bends2 += middle2 * bend * bend;
     }
     sums.before_last = sums.last;
     sums.last = radiance;
-    sums.radiance += (radiance - sums.radiance) / rays_;
-    sums.ray_noise += variance_of_mean(sample.map, map);
-    sums.bias += sample.bias;
-    sums.variance += sample.variance;
-    sums.transmission += sample.transmission;
-    sums.transmission_atmosphere += sample.transmission_atmosphere;
-    sums.direct += sample.direct;
-    for (std::size_t k = 0; k < kBatches; ++k) sums.map[k] += sample.map[k];
+    sums.radiance += (radiance - sums.radiance) * (weight / weight_);
+    sums.ray_noise += weight * variance_of_mean(sample.map, map);
+    sums.bias += weight * sample.bias;
+    sums.variance += weight * sample.variance;
+    sums.transmission += weight * sample.transmission;
+    sums.transmission_atmosphere += weight * sample.transmission_atmosphere;
+    sums.direct += weight * sample.direct;
+    for (std::size_t k = 0; k < kBatches; ++k) sums.map[k] += weight * sample.map[k];
   }
 }
 
@@ -86,17 +92,16 @@ PixelBand PixelSum::band(int index) const noexcept {
   PixelBand result;
   if (rays_ == 0) return result;
   const Sums& sums = bands_[static_cast<std::size_t>(index)];
-  const double n = rays_;
   result.radiance = sums.radiance;
-  result.bias = sums.bias / n;
-  result.transmission = sums.transmission / n;
-  result.transmission_atmosphere = sums.transmission_atmosphere / n;
+  result.bias = sums.bias / weight_;
+  result.transmission = sums.transmission / weight_;
+  result.transmission_atmosphere = sums.transmission_atmosphere / weight_;
 
   // Batches are replicas of the map: their scatter holds all of its noise, shared by the rays or not.
   std::array<double, kBatches> map;
   for (std::size_t k = 0; k < kBatches; ++k) {
-    map[k] = sums.map[k] / n;
-    result.batch[k] = sums.direct / n + map[k];
+    map[k] = sums.map[k] / weight_;
+    result.batch[k] = sums.direct / weight_ + map[k];
   }
   const double batch_variance = variance_of_mean(map, mean_of(map));
 
@@ -104,17 +109,18 @@ PixelBand PixelSum::band(int index) const noexcept {
   // differences do not see it (of independent values they have six times the variance).
   // Rays scatter by what they see and by the map's noise that they do not share; the latter is in
   // the batches already and comes off (METHODS.md).
-  if (rays_ == 1) result.ray_variance = std::max(0.0, sums.variance - batch_variance);
+  if (rays_ == 1) result.ray_variance = std::max(0.0, sums.variance / weight_ - batch_variance) + sums.spread;
   if (rays_ > 1) {
-    const double scatter = (rays_ == 2 ? sums.step2 / 2 : sums.bends2 / (6 * (n - 2))) / n;
-    const double counted = std::max(0.0, (sums.ray_noise / n - batch_variance) / (n - 1));
+    const double share2 = weight2_ / (weight_ * weight_);  // 1/n where all weigh the same
+    const double scatter = (rays_ == 2 ? sums.step2 / 2 : sums.bends2 / (6 * middle_weight2_)) * share2;
+    const double counted = std::max(0.0, (sums.ray_noise / weight_ - batch_variance) * share2 / (1 - share2));
     result.ray_variance = std::max(0.0, scatter - counted);
   }
   result.variance = batch_variance + result.ray_variance;
   return result;
 }
 
-void FilmTile::put(int x, int y, const PixelSum& pixel, std::uint32_t object_id) {
+void FilmTile::put(int x, int y, const PixelSum& pixel, std::uint32_t object_id, Criterion criterion) {
   assert(x >= x_begin() && x < x_end() && y >= y_begin() && y < y_end());
   const auto plane = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
   const auto place = static_cast<std::size_t>((y - y_) * columns_ + (x - x_));
@@ -141,6 +147,7 @@ void FilmTile::put(int x, int y, const PixelSum& pixel, std::uint32_t object_id)
                                          : to_float(depth, anomalies_));
   set(common_channel(bands, kObject), static_cast<float>(object_id));
   set(common_channel(bands, kRays), static_cast<float>(pixel.rays()));
+  set(common_channel(bands, kCriterion), static_cast<float>(criterion));
   rays_ += pixel.rays();
   ++done_;
 }
@@ -238,7 +245,7 @@ void Film::pool_errors() {
 
 void Film::merge(const Film& other) {
   assert(other.settings_.resolution == settings_.resolution && other.bands() == bands());
-  const int object = common_channel(bands(), kObject);
+  const int object = common_channel(bands(), kObject), criterion = common_channel(bands(), kCriterion);
   for (int t = 0; t < tile_count(); ++t) {
     TileState& state = tiles_[static_cast<std::size_t>(t)];
     const TileState& theirs = other.tiles_[static_cast<std::size_t>(t)];
@@ -248,7 +255,7 @@ void Film::merge(const Film& other) {
 
     const auto [x, y, tile_width, tile_height] = tile_box(t);
     for (int channel = 0; channel < common_channel(bands(), kCommonChannels); ++channel) {
-      if (channel == object && state.passes > 0) continue;
+      if ((channel == object || channel == criterion) && state.passes > 0) continue;
       const std::span<float> to = plane(channel);
       const std::span<const float> from = other.plane(channel);
       const bool error = channel < object - kObject &&
@@ -258,7 +265,7 @@ void Film::merge(const Film& other) {
           const auto place = static_cast<std::size_t>(row) * static_cast<std::size_t>(columns()) +
                              static_cast<std::size_t>(column);
           const double a = to[place], b = from[place];
-          if (channel == object) {
+          if (channel == object || channel == criterion) {
             to[place] = from[place];
           } else if (channel == common_channel(bands(), kDepth)) {
             to[place] = std::min(to[place], from[place]);
@@ -319,6 +326,7 @@ std::span<const float> Film::object_id() const noexcept {
   return plane(common_channel(bands(), kObject));
 }
 std::span<const float> Film::ray_count() const noexcept { return plane(common_channel(bands(), kRays)); }
+std::span<const float> Film::criterion() const noexcept { return plane(common_channel(bands(), kCriterion)); }
 
 ImageMean Film::mean(int band) const { return mean_over(0, tile_count(), band); }
 

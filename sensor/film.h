@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "photon/spot.h"
 #include "sensor/sample.h"
 
 namespace obscura {
@@ -38,7 +39,11 @@ class PixelSum {
 
   void reset() noexcept;
   /// A ray with a value that is not finite (depth may be infinite) is left out and counted.
-  void add(const RaySample& ray) noexcept;
+  /// @param weight the share of the pixel that the ray stands for, above 0; only ratios matter
+  void add(const RaySample& ray, double weight = 1) noexcept;
+  /// How far one ray's radiance strays from the pixel's mean, squared, as others know: it counts where the
+  /// pixel has one ray, which cannot tell itself.
+  void set_spread(int band, double variance) noexcept { bands_[static_cast<std::size_t>(band)].spread = variance; }
 
   /// Rays that count.
   std::uint32_t rays() const noexcept { return rays_; }
@@ -48,14 +53,15 @@ class PixelSum {
 
  private:
   struct Sums {
-    double radiance = 0;     // running mean
+    double radiance = 0;     // running mean; all sums are weighted
     double last = 0;         // of the ray before
     double before_last = 0;
     double step2 = 0;        // squared difference of the first two rays
-    double bends2 = 0;       // sum of squared second differences of successive rays
-    double ray_noise = 0;    // sum over rays of the batches' variance of the mean
+    double bends2 = 0;       // squared second differences of successive rays, by the middle one's squared weight
+    double ray_noise = 0;    // the batches' variance of the mean
     double bias = 0;
-    double variance = 0;     // sum over rays of their own
+    double variance = 0;     // of the rays' own points
+    double spread = 0;       // see set_spread()
     double transmission = 0;
     double transmission_atmosphere = 0;
     double direct = 0;
@@ -63,6 +69,10 @@ class PixelSum {
   };
 
   std::vector<Sums> bands_;
+  double weight_ = 0;          // sum over rays
+  double weight2_ = 0;         // of their squares
+  double last_weight_ = 0;
+  double middle_weight2_ = 0;  // of the squares, over rays with a ray before and behind
   std::uint32_t rays_ = 0;
   std::uint32_t anomalies_ = 0;
   double depth_m_ = kInfinity;
@@ -87,7 +97,8 @@ class FilmTile {
 
   /// Sets a pixel that is done. Row by row from the top left: the sums have this order.
   /// @param object_id 1-based, at the pixel's centre; 0 none.
-  void put(int x, int y, const PixelSum& pixel, std::uint32_t object_id);
+  /// @param criterion that has asked for most of the pixel's rays
+  void put(int x, int y, const PixelSum& pixel, std::uint32_t object_id, Criterion criterion = Criterion::none);
 
  private:
   friend class Film;
@@ -152,6 +163,8 @@ class Film {
   std::span<const float> depth_m() const noexcept;
   std::span<const float> object_id() const noexcept;
   std::span<const float> ray_count() const noexcept;
+  /// Criterion as a number.
+  std::span<const float> criterion() const noexcept;
 
   /// Summed in tile order: the same bits for any number of threads.
   ImageMean mean(int band) const;
@@ -176,7 +189,7 @@ class Film {
   FilmSettings settings_;
   int tile_columns_;
   int tile_rows_;
-  std::vector<float> values_;              // [channel][row][column]; bands, then depth, object, rays
+  std::vector<float> values_;              // [channel][row][column]; bands, then depth, object, rays, criterion
   std::vector<TileState> tiles_;
   std::vector<FilmTile::Totals> totals_;   // [tile][band]
 };

@@ -91,6 +91,12 @@ Image develop(const Film& film, std::span<const Band> bands, const ImageOrigin& 
   copy(film.depth_m(), image.add("depth.Z"));
   copy(film.object_id(), image.add("object.id"));
   copy(film.ray_count(), image.add("rays.N"));
+  if (origin.has_criterion) {
+    copy(film.criterion(), image.add("rays.criterion"));
+    std::string names;
+    for (int c = 0; c < kCriteria; ++c) names += fmt::format("{}{} {}", c > 0 ? ", " : "", c, name(static_cast<Criterion>(c)));
+    image.metadata["obscura:rays.criterion"] = names;
+  }
 
   std::vector<std::string> names;
   for (const Band& band : bands) {

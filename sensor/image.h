@@ -59,11 +59,13 @@ struct ImageOrigin {
   /// Channels `<band>.bias` and `<band>.transmission_atmosphere`: only where they have a meaning.
   bool has_bias = false;
   bool has_atmosphere = false;
+  /// Channel rays.criterion.
+  bool has_criterion = false;
 };
 
 /// The film as an image, its channels as SCENE.md's "Image" lists them: per band radiance, error,
 /// bias, transmission, transmission_atmosphere, temperature (not for grey); then depth.Z, object.id,
-/// rays.N. @pre as many bands as the film has
+/// rays.N, rays.criterion (a number of Criterion; metadata names them). @pre as many bands as the film has
 Image develop(const Film& film, std::span<const Band> bands, const ImageOrigin& origin);
 
 /// Kelvin of the blackbody with each radiance; 0 where that is <= 0. @pre as many, the band is not grey

@@ -2,13 +2,13 @@
 // bring home.
 #pragma once
 
-#include <functional>
 #include <span>
 
 #include "octree/base/progress.h"
-#include "photon/radiance.h"
 #include "sensor/camera.h"
+#include "sensor/estimator.h"
 #include "sensor/film.h"
+#include "sensor/refine.h"
 #include "sensor/sampler.h"
 
 namespace obscura {
@@ -16,12 +16,8 @@ namespace obscura {
 struct Rendered {
   Film film;
   RadianceCounts counts;  ///< over all rays and spectral intervals
+  RayCounts rays;
 };
-
-/// What arrives at the start of each ray at one spectral interval. Called by many threads at once; the result
-/// of a ray belongs to its history number.
-using Estimator = std::function<RadianceCounts(int interval, std::span<const Ray> rays,
-                                               std::span<const std::uint64_t> histories, std::span<Incoming> incoming)>;
 
 /// The same bits for any number of threads. Cancelled: the tiles that were finished, film.partial().
 Rendered render(const World& world, const Estimator& estimator, const Camera& camera, const SamplerSettings& sampling,

@@ -29,33 +29,26 @@ Stratum stratum(int index, int count) noexcept {
   return cell;
 }
 
-std::optional<PixelRay> PixelRays::next() noexcept {
-  if (index_ == count_) return std::nullopt;
-  const Stratum cell = stratum(index_, count_);
-  PixelRay result;
-  result.px = x_ + cell.x_min + cell.width * stream_.uniform();
-  result.py = y_ + cell.y_min + cell.height * stream_.uniform();
-  result.ray = camera_->ray(result.px, result.py);
-  result.history = history_ + static_cast<std::uint64_t>(index_);
-  ++index_;
-  return result;
-}
-
 Sampler::Sampler(const Camera& camera, const SamplerSettings& settings)
     : camera_(&camera), settings_(settings) {
   assert(settings.max_oversampling >= 1);
+  for (int i = 0; i < settings.max_oversampling; ++i) strata_.push_back(stratum(i, settings.max_oversampling));
 }
 
-PixelRays Sampler::pixel(int x, int y) const noexcept {
-  const auto pixels = static_cast<std::uint64_t>(camera_->columns()) *
-                      static_cast<std::uint64_t>(camera_->rows());
-  const std::uint64_t pixel = static_cast<std::uint64_t>(settings_.pass) * pixels +
-                              static_cast<std::uint64_t>(y) *
-                                  static_cast<std::uint64_t>(camera_->columns()) +
-                              static_cast<std::uint64_t>(x);
-  const int count = settings_.max_oversampling;
-  return PixelRays(*camera_, x, y, count, pixel * static_cast<std::uint64_t>(count),
-                   Stream(settings_.seed, pixel, purpose_id(Purpose::pixel)));
+void Sampler::rays(int x, int y, std::span<const Stratum> strata, int first, std::vector<PixelRay>& rays) const {
+  const auto columns = static_cast<std::uint64_t>(camera_->columns());
+  const std::uint64_t pixels = columns * static_cast<std::uint64_t>(camera_->rows());
+  const std::uint64_t pixel = settings_.pass * pixels + static_cast<std::uint64_t>(y) * columns + static_cast<std::uint64_t>(x);
+  std::uint64_t history = pixel * static_cast<std::uint64_t>(settings_.max_oversampling) + static_cast<std::uint64_t>(first);
+  for (const Stratum& cell : strata) {
+    Stream stream(settings_.seed, history, purpose_id(Purpose::pixel));
+    PixelRay ray;
+    ray.px = x + cell.x_min + cell.width * stream.uniform();
+    ray.py = y + cell.y_min + cell.height * stream.uniform();
+    ray.ray = camera_->ray(ray.px, ray.py);
+    ray.history = history++;
+    rays.push_back(ray);
+  }
 }
 
 }  // namespace obscura

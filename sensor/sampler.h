@@ -1,23 +1,52 @@
-// The sampler: which rays a pixel gets. It hands them out one by one and is told what each met, so
-// that a sampler which refines where the picture varies can take its place.
+// The sampler: one jittered ray in each part of a pixel. Which parts, it is told (refine.h), or they are
+// equal strata.
 #pragma once
 
 #include <cstdint>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "octree/base/random.h"
+#include "photon/spot.h"
 #include "sensor/camera.h"
-#include "sensor/sample.h"
 
 namespace obscura {
 
+/// What asks for more rays than one: thresholds of what may vary inside a spot. Nothing: not asked.
+struct AdaptiveSettings {
+  SpotThresholds geometry;
+  std::optional<double> shadow = 0.05;        ///< share of the sun's light that reaches the surface
+  std::optional<double> transmission = 0.05;  ///< of the clouds
+  std::optional<double> radiance = 0.05;      ///< relative, beyond the deciding rays' own noise
+  /// Relative standard error above which a pixel gets more rays, whatever it shows.
+  std::optional<double> error;
+  int specular_depth = 4;                     ///< mirrors that are looked behind
+};
+
 struct SamplerSettings {
-  /// Rays per pixel, at most; every pixel gets as many.
+  /// Rays per pixel, at most; without `adaptive` every pixel gets as many.
   int max_oversampling = 16;
+  std::optional<AdaptiveSettings> adaptive = std::nullopt;
+  /// Points or paths per pixel, over all its rays, each of which gets its area's share; 0: every ray as many as
+  /// RadianceSettings say.
+  int samples = 0;
   std::uint64_t seed = 1;
   /// Passes over one image with different numbers draw different rays.
   std::uint32_t pass = 0;
 };
+
+/// A rectangle within a pixel, in pixels from its top left corner.
+struct Stratum {
+  double x_min, y_min, width, height;
+
+  double area() const noexcept { return width * height; }
+};
+
+/// Cells of equal area that tile the unit square, as near to squares as `count` allows: rows of
+/// equally many cells, or of one more (7 is rows of 2, 3 and 2). One jittered place in each makes an
+/// unbiased stratified sample of any size.
+Stratum stratum(int index, int count) noexcept;
 
 struct PixelRay {
   /// Place on the image.
@@ -28,49 +57,28 @@ struct PixelRay {
   std::uint64_t history;
 };
 
-/// The rays of one pixel, in fixed order:
-///
-///     for (PixelRays rays = sampler.pixel(x, y); auto ray = rays.next();) rays.met(trace(*ray));
-class PixelRays {
- public:
-  std::optional<PixelRay> next() noexcept;
-  /// What the last ray met.
-  void met(const RaySample&) noexcept {}
-
- private:
-  friend class Sampler;
-  PixelRays(const Camera& camera, int x, int y, int count, std::uint64_t first_history,
-            Stream stream) noexcept
-      : camera_(&camera), x_(x), y_(y), count_(count), history_(first_history), stream_(stream) {}
-
-  const Camera* camera_;
-  int x_, y_, count_;
-  int index_ = 0;
-  std::uint64_t history_;
-  Stream stream_;
-};
-
-/// Cells of equal area that tile the unit square, as near to squares as `count` allows: rows of
-/// equally many cells, or of one more (7 is rows of 2, 3 and 2). One jittered place in each makes an
-/// unbiased stratified sample of any size.
-struct Stratum {
-  double x_min, y_min, width, height;
-};
-Stratum stratum(int index, int count) noexcept;
-
 class Sampler {
  public:
   /// Keeps a reference to the camera. @pre max_oversampling >= 1
   Sampler(const Camera& camera, const SamplerSettings& settings);
 
-  PixelRays pixel(int x, int y) const noexcept;
+  /// All strata of a pixel that is sampled alike everywhere.
+  std::span<const Stratum> strata() const noexcept { return strata_; }
+
+  /// Appends a ray in each stratum of the pixel, in their order.
+  /// @param first number of the first of them among the pixel's rays, of which there are at most max_oversampling
+  void rays(int x, int y, std::span<const Stratum> strata, int first, std::vector<PixelRay>& rays) const;
 
   /// The ray through the pixel's centre, which names its object.
   std::optional<Ray> centre(int x, int y) const noexcept { return camera_->ray(x + 0.5, y + 0.5); }
 
+  const Camera& camera() const noexcept { return *camera_; }
+  const SamplerSettings& settings() const noexcept { return settings_; }
+
  private:
   const Camera* camera_;
   SamplerSettings settings_;
+  std::vector<Stratum> strata_;
 };
 
 }  // namespace obscura

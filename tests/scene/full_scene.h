@@ -77,7 +77,7 @@ inline Json full_scene() {
                "projection": "perspective", "fov_deg": 20, "resolution": [320, 240], "max_oversampling": 16,
                "antialiasing": {"polygons": 2, "polygons_strict": null, "materials": 2, "normal_deg": 5, "depth": 0.05,
                                 "temperature_K": 1, "emissivity": 0.02, "shadow": 0.05, "transmission": 0.05,
-                                "radiance": 0.05},
+                                "radiance": 0.05, "error": null},
                "specular_depth": 4, "scattering_depth": null,
                "detector": {"psf_sigma_px": 0, "psf_file": "psf.pgm", "nedt_K": 0.05, "nedt_at_K": 290, "ner": 0,
                             "integration_s": 0.01, "reference_integration_s": 0.02, "dead_share": 0.001,

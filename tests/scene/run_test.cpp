@@ -166,7 +166,7 @@ TEST_CASE("a run that is cancelled over its image gives what there is, marked pa
   CHECK(result.report.partial);
   CHECK(result.report.energy[0].second.absorbed_W > 0);
   const auto rays = result.image.channel("rays.N");
-  const auto done = static_cast<std::size_t>(std::count(rays.begin(), rays.end(), 4.0f));
+  const auto done = static_cast<std::size_t>(std::count_if(rays.begin(), rays.end(), [](float n) { return n > 0; }));
   CHECK(done > 0);
   CHECK(done < rays.size());
 }

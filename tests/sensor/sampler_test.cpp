@@ -20,11 +20,7 @@ Camera plain_camera() {
 
 std::vector<PixelRay> rays_of(const Sampler& sampler, int x, int y) {
   std::vector<PixelRay> result;
-  RaySample sample(1);
-  for (PixelRays rays = sampler.pixel(x, y); const auto ray = rays.next();) {
-    result.push_back(*ray);
-    rays.met(sample);
-  }
+  sampler.rays(x, y, sampler.strata(), 0, result);
   return result;
 }
 
