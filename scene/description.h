@@ -163,6 +163,9 @@ struct AntialiasingDescription {
   double transmission = 0.05;
   double radiance = 0.05;              ///< relative
   std::optional<double> error;         ///< relative standard error that a pixel is to reach
+
+  /// Else every pixel gets as many rays.
+  bool adaptive() const noexcept { return polygons != 0 && polygons_strict != 0 && materials != 0; }
 };
 
 struct SensorDescription {

@@ -124,7 +124,7 @@ void share_samples(const Description& scene, Plan& plan) {
 /// Nothing where a threshold says that every pixel is to have all its rays.
 std::optional<AdaptiveSettings> adaptive_of(const SensorDescription& sensor) {
   const AntialiasingDescription& wish = sensor.antialiasing;
-  if (wish.polygons == 0 || wish.materials == 0 || wish.polygons_strict == 0) return std::nullopt;
+  if (!wish.adaptive()) return std::nullopt;
   AdaptiveSettings settings;
   settings.geometry.polygons = wish.polygons;
   settings.geometry.polygons_strict = wish.polygons_strict;

@@ -8,6 +8,7 @@
 #include "scene/scene_io.h"
 #include "sensor/image_io.h"
 #include "sensor/preview.h"
+#include "sensor/rays_picture.h"
 
 #include <fmt/format.h>
 
@@ -19,7 +20,7 @@ namespace obscura::cli {
 namespace {
 
 struct RenderArguments {
-  std::string scene, output, report, preview;
+  std::string scene, output, report, preview, rays;
   std::string method, photons, samples, time, target_error, time_limit, seed, memory;
   std::vector<std::string> set;
   Exports exports;
@@ -98,7 +99,11 @@ int render(const RenderArguments& a, const CLI::App& app) {
   for (std::size_t band = 0; band < std::max<std::size_t>(1, source.bands.size()) && !a.preview.empty(); ++band) {
     outputs.push_back({file_of_band(a.preview, source.bands, band), "--preview", ".png"});
   }
+  if (!a.rays.empty()) outputs.push_back({a.rays, "--rays", ".png"});
   if (scene) {
+    if (!a.rays.empty() && !scene->sensor.antialiasing.adaptive()) {
+      problems.push_back({"--rays", "the scene's antialiasing gives every pixel as many rays", "leave its thresholds above 0"});
+    }
     if (!a.exports.envi.empty()) check_quantity(a.exports.quantity, *scene, problems);
     const std::vector<Output> more = export_outputs(a.exports, source, problems);
     outputs.insert(outputs.end(), more.begin(), more.end());
@@ -125,6 +130,7 @@ int render(const RenderArguments& a, const CLI::App& app) {
       write_preview_sheet(file_of_band(a.preview, source.bands, band), result.image, source.bands[band]);
     }
   }
+  if (!a.rays.empty()) write_png(a.rays, rays_picture(result.image));
   write_exports(a.exports, result.image);
   print_warnings(result.report.warnings);
   if (!a.quiet) {
@@ -148,6 +154,7 @@ Command add_render(CLI::App& program) {
       ->required()->type_name("IMAGE.exr");
   app->add_option("--report", a->report, "Report to write; default: the image's name, ending in .json")->type_name("R.json");
   app->add_option("--preview", a->preview, "Picture to look at")->type_name("P.png");
+  app->add_option("--rays", a->rays, "Picture of where the rays went, and what asked for them")->type_name("P.png");
   app->add_flag("-f,--force", a->force, "Replace outputs that exist");
   app->add_flag("--quiet", a->quiet, "No progress; warnings and errors stay");
 
