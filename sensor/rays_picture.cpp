@@ -38,10 +38,7 @@ Raster rays_picture(const Image& image) {
   }
   const std::span<const float> criteria = image.channel("rays.criterion");
   std::array<std::size_t, kCriteria> pixels{};
-  const auto criterion_at = [&](int x, int y) {
-    const float value = criteria[static_cast<std::size_t>(y) * static_cast<std::size_t>(image.columns()) + static_cast<std::size_t>(x)];
-    return static_cast<std::size_t>(std::clamp(std::lround(value), 0L, kCriteria - 1L));
-  };
+  const auto criterion_of = [](float value) { return static_cast<std::size_t>(std::clamp(std::lround(value), 0L, kCriteria - 1L)); };
 
   PreviewSettings settings;
   settings.low = 0;
@@ -51,19 +48,20 @@ Raster rays_picture(const Image& image) {
   settings.magnify = magnify;
   const Raster counts = preview(image, "rays.N", settings);
 
-  const int width = image.columns() * magnify, height = image.rows() * magnify;
+  const int width = image.columns() * magnify;
   const int dot = width >= 280 ? 2 : 1;
   const int line = 12 * dot, margin = 6 * dot, top = 7 * dot + 2 * margin;
+  for (const float value : criteria) ++pixels[criterion_of(value)];
+  const auto lines = static_cast<int>(pixels.size()) - static_cast<int>(std::ranges::count(pixels, std::size_t{0}));
   const int legend = Raster::text_width("transmission 99.9 %", dot) + line;
-  Raster sheet(counts.columns() + width + legend + 3 * margin, std::max(counts.rows(), top + kCriteria * line), kPaper);
+  Raster sheet(counts.columns() + width + legend + 3 * margin, std::max(counts.rows(), top + lines * line), kPaper);
   sheet.paste(counts, 0, 0);
   const int left = counts.columns() + margin;
   sheet.text(left, margin, "rays asked for by", kInk, dot);
   for (int y = 0; y < image.rows(); ++y) {
     for (int x = 0; x < image.columns(); ++x) {
-      const std::size_t criterion = criterion_at(x, y);
-      ++pixels[criterion];
-      sheet.fill(left + x * magnify, top + y * magnify, magnify, magnify, kColours[criterion]);
+      const float value = criteria[static_cast<std::size_t>(y) * static_cast<std::size_t>(image.columns()) + static_cast<std::size_t>(x)];
+      sheet.fill(left + x * magnify, top + y * magnify, magnify, magnify, kColours[criterion_of(value)]);
     }
   }
   int y = top;

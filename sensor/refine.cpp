@@ -133,6 +133,8 @@ Refiner::Refiner(const World& world, const Estimator& estimator, const Sampler& 
   for (const RadianceCounts& row : counts) counts_ += row;
   rays_.deciding = static_cast<std::uint64_t>(columns_ + 1) * static_cast<std::uint64_t>(rows_of_pixels_ + 1);
 
+  pool_noise();
+
   std::vector<float> bright;
   for (int b = 0; b < corners_.bands(); ++b) {
     bright.clear();
@@ -140,6 +142,27 @@ Refiner::Refiner(const World& world, const Estimator& estimator, const Sampler& 
     const auto end = bright.end() - 1 - static_cast<std::ptrdiff_t>(kGlints * static_cast<double>(bright.size()));
     std::nth_element(bright.begin(), end, bright.end());
     dark_.push_back(kDarkShare * *end);
+  }
+}
+
+void Refiner::pool_noise() {
+  std::vector<float> own(static_cast<std::size_t>(columns_ + 1) * static_cast<std::size_t>(rows_of_pixels_ + 1));
+  for (int b = 0; b < corners_.bands(); ++b) {
+    const std::size_t k = 3 + 3 * static_cast<std::size_t>(b);
+    for (std::size_t i = 0; i < own.size(); ++i) own[i] = grid_[i * corners_.stride() + k];
+    tbb::parallel_for(0, rows_of_pixels_ + 1, [&](int y) {
+      for (int x = 0; x <= columns_; ++x) {
+        double sum = 0, weights = 0;
+        for (int v = std::max(0, y - 1); v <= std::min(rows_of_pixels_, y + 1); ++v) {
+          for (int u = std::max(0, x - 1); u <= std::min(columns_, x + 1); ++u) {
+            const double weight = (u == x ? 2.0 : 1.0) * (v == y ? 2.0 : 1.0);
+            sum += weight * own[static_cast<std::size_t>(v * (columns_ + 1) + u)];
+            weights += weight;
+          }
+        }
+        grid_[static_cast<std::size_t>(y * (columns_ + 1) + x) * corners_.stride() + k] = static_cast<float>(sum / weights);
+      }
+    });
   }
 }
 

@@ -88,6 +88,8 @@ class Refiner {
   struct Cell;
   using Corners = std::array<const float*, 4>;  // top left, top right, bottom left, bottom right
 
+  /// A corner's few paths know their noise badly: neighbours lend it to one another.
+  void pool_noise();
   Criterion by_rays(const Corners& corners) const noexcept;
   const float* grid(int x, int y) const noexcept {
     return grid_.data() + (static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_ + 1) + static_cast<std::size_t>(x)) * corners_.stride();
