@@ -84,7 +84,8 @@ TEST_CASE("a run gives image and report of every band", "[scene][run]") {
   REQUIRE(report.flux.size() == 1);
   CHECK(report.flux[0].bands[0].second.forward > 0);
   CHECK(report.flux[0].bands[0].second.backward > 0);
-  CHECK(report.rays[0].second == 24 * 16 * 4);
+  CHECK(report.rays[0] == std::pair<std::string, std::uint64_t>("base", 24 * 16));
+  CHECK(report.rays[1] == std::pair<std::string, std::uint64_t>("deciding", 25 * 17));  // pixels of 4 rays are split once
 }
 
 TEST_CASE("paths and photons agree on image, probes and flux", "[scene][run][path]") {
