@@ -71,7 +71,7 @@ TEST_CASE("photon map and brute force agree on a rough cloud", "[physics][agreem
       settings_of_view.fov_deg = view.fov_deg;
       settings_of_view.resolution = {24, 16};
       const Camera camera(settings_of_view);
-      const Rendered rendered = render(world, light.maps, camera, {16, 1, 0}, {});
+      const Rendered rendered = render(world, light.maps, camera, {.max_oversampling = 16, .seed = 1}, {});
 
       // The same pixels by brute force, each with its own error.
       Moments reference;

@@ -61,11 +61,11 @@ TEST_CASE("over 200 seeds the pixels' intervals hold the path tracer's values in
     settings.paths = count;
     settings.seed = seed;
     return render(world,
-                  [&](int interval, std::span<const Ray> all, std::span<const std::uint64_t> histories,
+                  [&](int interval, double, std::span<const Ray> all, std::span<const std::uint64_t> histories,
                       std::span<Incoming> incoming) {
                     return path_radiance(world, interval, settings, all, histories, incoming);
                   },
-                  camera, {rays, seed, 0})
+                  camera, {.max_oversampling = rays, .seed = seed})
         .film;
   };
   const Film reference = paths(64, 256, 9999);
@@ -90,7 +90,8 @@ TEST_CASE("over 200 seeds the pixels' intervals hold the path tracer's values in
       }
     }
   };
-  Count by_map, by_gather, by_paths;
+  Count by_map, by_gather, by_paths, by_adaptive;
+  std::uint64_t adaptive_rays = 0;
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
     TraceSettings trace;
     trace.photons = 40000;
@@ -98,17 +99,27 @@ TEST_CASE("over 200 seeds the pixels' intervals hold the path tracer's values in
     const Light light = trace_light(world, trace);
     RadianceSettings radiance;
     radiance.seed = seed;
-    by_map.add(render(world, light.maps, camera, {8, seed, 0}, radiance).film, truth, truth_error);
+    by_map.add(render(world, light.maps, camera, {.max_oversampling = 8, .seed = seed}, radiance).film, truth, truth_error);
     radiance.gather_bounces = 1;
     radiance.gather.rounds = 2;
-    by_gather.add(render(world, light.maps, camera, {8, seed, 0}, radiance).film, truth, truth_error);
+    by_gather.add(render(world, light.maps, camera, {.max_oversampling = 8, .seed = seed}, radiance).film, truth, truth_error);
     by_paths.add(paths(4, 8, seed), truth, truth_error);
+    SamplerSettings adaptive;
+    adaptive.max_oversampling = 16;
+    adaptive.adaptive.emplace();
+    adaptive.samples = 32;
+    adaptive.seed = seed;
+    const Rendered rendered = render(world, light.maps, camera, adaptive, radiance);
+    by_adaptive.add(rendered.film, truth, truth_error);
+    adaptive_rays += rendered.film.rays();
   }
-  for (const auto& [name, count] : {std::pair{"map", by_map}, std::pair{"final gather", by_gather}, std::pair{"paths", by_paths}}) {
+  for (const auto& [name, count] : {std::pair{"map", by_map}, std::pair{"final gather", by_gather}, std::pair{"paths", by_paths},
+                                   std::pair{"adaptive", by_adaptive}}) {
     const double share = double(count.inside) / count.total;
     INFO(name << ": inside " << share << ", with half the error " << double(count.halved_inside) / count.total);
     CHECK(share > 0.90);
     CHECK(share < 0.98);
     CHECK(double(count.halved_inside) / count.total < 0.90);
   }
+  CHECK(adaptive_rays < 12 * 200 * 16 * 12);
 }

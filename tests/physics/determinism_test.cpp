@@ -38,7 +38,7 @@ Outcome run(int threads, std::uint64_t seed) {
     camera.resolution = {40, 30};
     RadianceSettings radiance;
     radiance.seed = seed;
-    const Film film = render(world, light.maps, Camera(camera), {4, seed, 0}, radiance).film;
+    const Film film = render(world, light.maps, Camera(camera), {.max_oversampling = 4, .seed = seed}, radiance).film;
     const auto copy = [&](Film::Value value) {
       const auto values = film.values(0, value);
       return std::vector<float>(values.begin(), values.end());

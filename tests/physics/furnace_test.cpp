@@ -22,7 +22,7 @@ Film photograph(const World& world, std::uint64_t photons, int rays = 4) {
   trace.photons = photons;
   const Light light = trace_light(world, trace);
   CHECK(light.anomalies == 0);
-  Rendered rendered = render(world, light.maps, Camera(camera), {rays, 1, 0}, {});
+  Rendered rendered = render(world, light.maps, Camera(camera), {.max_oversampling = rays, .seed = 1}, {});
   CHECK(rendered.counts.anomalies == 0);
   return std::move(rendered.film);
 }

@@ -23,7 +23,7 @@ TraceSettings photons(std::uint64_t count) {
 Film photograph(const World& world, const Light& light, const CameraSettings& camera, int rays,
                 const RadianceSettings& radiance = {}) {
   CHECK(light.anomalies == 0);
-  Rendered rendered = render(world, light.maps, Camera(camera), {rays, 1, 0}, radiance);
+  Rendered rendered = render(world, light.maps, Camera(camera), {.max_oversampling = rays, .seed = 1}, radiance);
   CHECK(rendered.counts.anomalies == 0);
   return std::move(rendered.film);
 }

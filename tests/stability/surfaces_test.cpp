@@ -44,7 +44,7 @@ void check_numbers(const World& world, const Vec3d& from, const Vec3d& at, std::
   camera.up = {0.1, 0.2, 1};
   camera.fov_deg = 60;
   camera.resolution = {16, 12};
-  const Rendered rendered = render(world, light.maps, Camera(camera), {2, 1, 0}, {});
+  const Rendered rendered = render(world, light.maps, Camera(camera), {.max_oversampling = 2, .seed = 1}, {});
   CHECK(rendered.counts.anomalies == 0);
   const auto values = rendered.film.values(0, Film::Value::radiance);
   CHECK(std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v) && v >= 0; }));
