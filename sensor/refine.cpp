@@ -19,6 +19,8 @@ constexpr double kDecidingShare = 0.125;
 constexpr double kNoiseRange = 3.63;
 /// Radiance below this share of the picture's bright end is dark.
 constexpr double kDarkShare = 0.05;
+/// Slopes are believed beyond this many times the square that noise alone makes, 19 times of 20.
+constexpr double kNoiseSlope = 3;
 /// Share of the corners that may outshine the bright end.
 constexpr double kGlints = 1e-3;
 
@@ -45,6 +47,10 @@ std::uint64_t hilbert(int levels, std::uint32_t x, std::uint32_t y) noexcept {
   }
   return place;
 }
+
+/// Parts along an edge through a pixel, of sides 2^-level, are 2^level; each errs by its area, and together, by chance,
+/// by 2^(-1.5 level) of what the pixel would: thresholds of the parts grow by as much.
+double tolerance(int level) noexcept { return std::exp2(1.5 * level); }
 
 double largest(std::initializer_list<double> values) { return std::max(values); }
 double range(std::initializer_list<double> values) { return std::max(values) - std::min(values); }
@@ -166,24 +172,50 @@ void Refiner::pool_noise() {
   }
 }
 
-Criterion Refiner::by_rays(const Corners& c) const noexcept {
+bool Refiner::rays_decide(int level) const noexcept {
+  // No share, and no range of what is not negative, exceeds 1.
+  const auto can = [&](const std::optional<double>& threshold) { return threshold && *threshold * tolerance(level) < 1; };
+  return rays_decide_ && (can(settings_->shadow) || can(settings_->transmission) || can(settings_->radiance));
+}
+
+Ramp Refiner::ramp(const Corners& c, int band) const noexcept {
+  const std::size_t k = 2 + 3 * static_cast<std::size_t>(band);
+  Ramp ramp;
+  ramp.across = 0.5 * (double{c[1][k]} + c[3][k] - c[0][k] - c[2][k]);
+  ramp.down = 0.5 * (double{c[2][k]} + c[3][k] - c[0][k] - c[1][k]);
+  ramp.twist = double{c[0][k]} + c[3][k] - c[1][k] - c[2][k];
+  const double square = (ramp.across * ramp.across + ramp.down * ramp.down) / 12 + ramp.twist * ramp.twist / 144;
+  const double noise = 7.0 / 36 * 0.25 * (double{c[0][k + 1]} + c[1][k + 1] + c[2][k + 1] + c[3][k + 1]);
+  const double highest = 0.5 * (std::abs(ramp.across) + std::abs(ramp.down)) + 0.25 * std::abs(ramp.twist);
+  if (!(square > kNoiseSlope * noise) || !std::isfinite(square)) return {};
+  // No more than half of what is there, so that nothing becomes negative.
+  const double least = std::min({c[0][k], c[1][k], c[2][k], c[3][k]});
+  ramp.strength = std::clamp(std::min(1 - kNoiseSlope * noise / square, 0.5 * least / highest), 0.0, 1.0);
+  ramp.across *= ramp.strength;
+  ramp.down *= ramp.strength;
+  ramp.twist *= ramp.strength;
+  return ramp;
+}
+
+Criterion Refiner::by_rays(const Corners& c, int level) const noexcept {
+  const double times = tolerance(level);
   const auto varies = [&](std::size_t k) { return range({c[0][k], c[1][k], c[2][k], c[3][k]}); };
-  if (settings_->shadow && varies(0) > *settings_->shadow) return Criterion::shadow;
+  if (settings_->shadow && varies(0) > *settings_->shadow * times) return Criterion::shadow;
   for (int b = 0; b < corners_.bands(); ++b) {
-    if (settings_->transmission && varies(1 + 3 * static_cast<std::size_t>(b)) > *settings_->transmission) return Criterion::transmission;
+    if (settings_->transmission && varies(1 + 3 * static_cast<std::size_t>(b)) > *settings_->transmission * times) return Criterion::transmission;
   }
   if (!settings_->radiance) return Criterion::none;
   for (int b = 0; b < corners_.bands(); ++b) {
     const std::size_t k = 2 + 3 * static_cast<std::size_t>(b);
     const double scale = largest({dark(b), std::abs(c[0][k]), std::abs(c[1][k]), std::abs(c[2][k]), std::abs(c[3][k])});
     const double variance = 0.25 * (double{c[0][k + 1]} + c[1][k + 1] + c[2][k + 1] + c[3][k + 1]);
-    if (varies(k) > *settings_->radiance * scale + kNoiseRange * std::sqrt(variance)) return Criterion::radiance;
+    if (varies(k) > *settings_->radiance * times * scale + kNoiseRange * std::sqrt(variance)) return Criterion::radiance;
   }
   return Criterion::none;
 }
 
 void Refiner::decide_by_rays(std::span<const Cell> cells, int level, const FilmTile& tile, std::vector<Criterion>& asks,
-                             TileStrata& result) const {
+                             std::vector<Ramp>& ramps, TileStrata& result) const {
   const int columns = tile.x_end() - tile.x_begin();
   const std::uint32_t side = 1u << (corners_.levels() - level);
   const auto corner = [&](const Cell& cell, int which) {
@@ -217,7 +249,15 @@ void Refiner::decide_by_rays(std::span<const Cell> cells, int level, const FilmT
           on_grid(c) ? grid(static_cast<int>(c.x >> corners_.levels()), static_cast<int>(c.y >> corners_.levels()))
                      : &values[static_cast<std::size_t>(found - wanted.begin()) * corners_.stride()];
     }
-    asks[i] = by_rays(corners);
+    if (rays_decide_) asks[i] = by_rays(corners, level);
+    // Where a camera has no ray, a slope would be one into nothing.
+    bool all = true;
+    for (int k = 0; k < 4; ++k) {
+      const CornerRays::Corner c = corner(cells[i], k);
+      all = all && sampler_->camera().ray(std::ldexp(c.x, -corners_.levels()), std::ldexp(c.y, -corners_.levels()));
+    }
+    if (!all) continue;
+    for (int b = 0; b < corners_.bands(); ++b) ramps[i * static_cast<std::size_t>(corners_.bands()) + static_cast<std::size_t>(b)] = ramp(corners, b);
   }
 }
 
@@ -227,14 +267,16 @@ TileStrata Refiner::split(const FilmTile& tile) const {
   const auto pixels = static_cast<std::size_t>(columns * (tile.y_end() - tile.y_begin()));
   result.rays.base = pixels;
   result.criterion.assign(pixels, Criterion::none);
-  SpotQuery geometry(*world_, settings_->geometry, settings_->specular_depth);
+  const auto bands = static_cast<std::size_t>(corners_.bands());
 
   struct Part {
     std::size_t pixel;
     std::uint64_t place;
     Stratum stratum;
+    std::size_t ramp;  // of its first band
   };
   std::vector<Part> parts;
+  std::vector<Ramp> known(bands), ramps;  // the first is none
   std::vector<int> count(pixels, 1);
   std::vector<std::array<int, kCriteria>> asked(pixels);
   std::vector<Cell> cells, next;
@@ -245,14 +287,19 @@ TileStrata Refiner::split(const FilmTile& tile) const {
   for (int level = 0; !cells.empty(); ++level) {
     const double side = std::ldexp(1.0, -level);
     std::vector<Criterion> asks(cells.size(), Criterion::none);
+    ramps.assign(cells.size() * bands, {});
     if (level < levels) {
+      // What lies at another distance is another polygon; a slope alone matters the less the smaller the part.
+      SpotThresholds thresholds = settings_->geometry;
+      if (thresholds.depth) *thresholds.depth *= tolerance(level);
+      SpotQuery geometry(*world_, thresholds, settings_->specular_depth);
       for (std::size_t i = 0; i < cells.size(); ++i) {
         const Cell& cell = cells[i];
         const double x = tile.x_begin() + static_cast<int>(cell.pixel) % columns + cell.x * side;
         const double y = tile.y_begin() + static_cast<int>(cell.pixel) / columns + cell.y * side;
         if (const std::optional<Spot> spot = sampler_->camera().spot(x, y, x + side, y + side)) asks[i] = geometry(*spot);
       }
-      if (rays_decide_) decide_by_rays(cells, level, tile, asks, result);
+      if (level == 0 || rays_decide(level)) decide_by_rays(cells, level, tile, asks, ramps, result);
     }
     next.clear();
     for (std::size_t i = 0; i < cells.size(); ++i) {
@@ -261,13 +308,14 @@ TileStrata Refiner::split(const FilmTile& tile) const {
       if (asks[i] == Criterion::none || count[cell.pixel] + more > most_) {
         const std::uint32_t fine = 1u << std::max(0, corners_.levels() - level);
         parts.push_back({cell.pixel, hilbert(corners_.levels(), cell.x * fine, cell.y * fine),
-                         {cell.x * side, cell.y * side, side, side}});
+                         {cell.x * side, cell.y * side, side, side}, asks[i] == Criterion::none ? known.size() : 0});
+        if (asks[i] == Criterion::none) known.insert(known.end(), &ramps[i * bands], &ramps[i * bands] + bands);
         continue;
       }
       count[cell.pixel] += more;
       asked[cell.pixel][static_cast<std::size_t>(asks[i])] += more;
       if (more < 3) {
-        for (int k = 0; k <= more; ++k) parts.push_back({cell.pixel, static_cast<std::uint64_t>(k), stratum(k, more + 1)});
+        for (int k = 0; k <= more; ++k) parts.push_back({cell.pixel, static_cast<std::uint64_t>(k), stratum(k, more + 1), 0});
       } else {
         for (std::uint32_t k = 0; k < 4; ++k) next.push_back({cell.pixel, 2 * cell.x + k % 2, 2 * cell.y + k / 2});
       }
@@ -279,6 +327,7 @@ TileStrata Refiner::split(const FilmTile& tile) const {
   for (const Part& part : parts) {
     while (result.first.size() <= part.pixel) result.first.push_back(result.strata.size());
     result.strata.push_back(part.stratum);
+    for (std::size_t b = 0; b < bands; ++b) result.ramps.push_back(known[part.ramp + b]);
   }
   result.first.push_back(result.strata.size());
   for (std::size_t p = 0; p < pixels; ++p) {
@@ -289,22 +338,24 @@ TileStrata Refiner::split(const FilmTile& tile) const {
   return result;
 }
 
-double Refiner::spread(int x, int y, int band, double px, double py, double radiance, double variance) const noexcept {
+double Refiner::spread(int x, int y, int band, double px, double py, double radiance, double variance, const Ramp& ramp) const noexcept {
   const std::size_t k = 2 + 3 * static_cast<std::size_t>(band);
   const Corners c = {grid(x, y), grid(x + 1, y), grid(x, y + 1), grid(x + 1, y + 1)};
   const double u = px - x, v = py - y;
   const std::array<double, 4> share = {(1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v};
-  double expected = 0, noise = 0, share2 = 0, mean_noise = 0;
+  double expected = -ramp(u - 0.5, v - 0.5), noise = 0, share2 = 0, mean_noise = 0;
   for (std::size_t i = 0; i < 4; ++i) {
     expected += share[i] * c[i][k];
     noise += share[i] * share[i] * c[i][k + 1];
     share2 += share[i] * share[i];
     mean_noise += 0.25 * c[i][k + 1];
   }
-  // The corners' own noise makes slopes of its own: as much as one corner's variance.
+  // The corners' own noise makes slopes of its own: as much as one corner's variance. The ramp takes its share of the
+  // slope away and brings its share of that noise.
   const double across = 0.5 * (double{c[1][k]} + c[3][k] - c[0][k] - c[2][k]);
   const double down = 0.5 * (double{c[2][k]} + c[3][k] - c[0][k] - c[1][k]);
-  const double slope = std::max(0.0, across * across + down * down - 2 * mean_noise) / 12;
+  const double left = (1 - ramp.strength) * (1 - ramp.strength);
+  const double slope = left * std::max(0.0, across * across + down * down - 2 * mean_noise) / 12 + ramp.strength * ramp.strength * 7.0 / 36 * mean_noise;
   const double stray = radiance - expected;
   return slope + std::max(0.0, stray * stray - variance - noise) / (1 + share2);
 }

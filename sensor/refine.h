@@ -52,9 +52,19 @@ class CornerRays {
   bool shadows_;
 };
 
+/// What the corners of a part say of the slope of its radiance, from -1/2 to 1/2 across and down; its mean is 0. Rays
+/// are averaged without it: whatever the corners have met, that leaves the mean alone.
+struct Ramp {
+  double across = 0, down = 0, twist = 0;
+  double strength = 0;  ///< share of the corners' slope that is trusted, [0, 1]
+
+  double operator()(double x, double y) const noexcept { return across * x + down * y + twist * x * y; }
+};
+
 /// The parts of a tile's pixels.
 struct TileStrata {
   std::vector<Stratum> strata;           // pixel by pixel, neighbours in succession
+  std::vector<Ramp> ramps;               // of each part in each band; none where its corners are not known
   std::vector<std::size_t> first;        // of each pixel, and the end
   std::vector<Criterion> criterion;      // of each pixel: what has asked for most of them
   RayCounts rays;
@@ -73,10 +83,10 @@ class Refiner {
   /// Columns, rows as the tile's. Thread-safe.
   TileStrata split(const FilmTile& tile) const;
 
-  /// How far one ray may stray from its pixel's mean, squared: what the corners say about the slope of the picture,
-  /// and what neither they nor the known noise explain of the ray.
-  /// @param px, py place of the ray on the image; variance of its radiance as it knows it
-  double spread(int x, int y, int band, double px, double py, double radiance, double variance) const noexcept;
+  /// How far one ray may stray from its pixel's mean, squared: what the corners say about the slope of the picture and
+  /// the ramp leaves, and what neither they nor the known noise explain of the ray.
+  /// @param px, py place of the ray on the image; radiance without the ramp; variance as the ray knows it
+  double spread(int x, int y, int band, double px, double py, double radiance, double variance, const Ramp& ramp) const noexcept;
 
   /// A radiance that counts as dark, of each band: relative thresholds are relative to at least this.
   double dark(int band) const noexcept { return dark_[static_cast<std::size_t>(band)]; }
@@ -90,12 +100,15 @@ class Refiner {
 
   /// A corner's few paths know their noise badly: neighbours lend it to one another.
   void pool_noise();
-  Criterion by_rays(const Corners& corners) const noexcept;
+  /// Whether what rays tell can split a part of this level.
+  bool rays_decide(int level) const noexcept;
+  Criterion by_rays(const Corners& corners, int level) const noexcept;
+  Ramp ramp(const Corners& corners, int band) const noexcept;
   const float* grid(int x, int y) const noexcept {
     return grid_.data() + (static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_ + 1) + static_cast<std::size_t>(x)) * corners_.stride();
   }
   void decide_by_rays(std::span<const Cell> cells, int level, const FilmTile& tile, std::vector<Criterion>& asks,
-                      TileStrata& result) const;
+                      std::vector<Ramp>& ramps, TileStrata& result) const;
 
   const World* world_;
   const Sampler* sampler_;

@@ -54,6 +54,7 @@ class TilePass {
     double share;   // of the pixel's samples
     double weight;  // in its mean
     std::size_t sample;
+    std::size_t part;  // its stratum, among those of the tile's pixels
   };
 
   int x_of(std::size_t pixel) const noexcept { return tile_.x_begin() + static_cast<int>(pixel) % columns_; }
@@ -62,7 +63,7 @@ class TilePass {
   /// One ray into each stratum. @param first number of the first of them among the pixel's rays
   void send(std::size_t pixel, int first, std::span<const Stratum> strata, double weight) {
     sampler_.rays(x_of(pixel), y_of(pixel), strata, first, rays_);
-    for (const Stratum& cell : strata) sent_.push_back({pixel, cell.area(), weight * cell.area(), 0});
+    for (const Stratum& cell : strata) sent_.push_back({pixel, cell.area(), weight * cell.area(), 0, refiner_ ? static_cast<std::size_t>(&cell - parts_.strata.data()) : 0});
   }
 
   /// Traces what was sent since the last time, rays of equal share together.
@@ -86,7 +87,21 @@ class TilePass {
       samples_.resize(begin + together.size(), RaySample(bands_));
       counts += trace_bands(world_, estimator_, share * effort_, together, histories, std::span(samples_).subspan(begin));
     }
+    if (refiner_) {
+      for (std::size_t r = traced_; r < sent_.size(); ++r) level(r);
+    }
     traced_ = sent_.size();
+  }
+
+  /// Takes the ramp of its part from a ray.
+  void level(std::size_t r) {
+    if (!rays_[r].ray) return;
+    const Stratum& part = parts_.strata[sent_[r].part];
+    const double x = (rays_[r].px - x_of(sent_[r].pixel) - part.x_min) / part.width - 0.5;
+    const double y = (rays_[r].py - y_of(sent_[r].pixel) - part.y_min) / part.height - 0.5;
+    for (std::size_t b = 0; b < static_cast<std::size_t>(bands_); ++b) {
+      samples_[sent_[r].sample].bands[b].direct -= parts_.ramps[sent_[r].part * static_cast<std::size_t>(bands_) + b](x, y);
+    }
   }
 
   void add(PixelSum& sum, std::size_t r, double weight) const { sum.add(rays_[r].ray ? samples_[sent_[r].sample] : nothing_, weight); }
@@ -112,7 +127,8 @@ class TilePass {
   void add_spread(PixelSum& sum, std::size_t pixel, std::size_t ray) const {
     for (int b = 0; b < bands_; ++b) {
       const PixelBand band = sum.band(b);
-      sum.set_spread(b, refiner_->spread(x_of(pixel), y_of(pixel), b, rays_[ray].px, rays_[ray].py, band.radiance, band.variance));
+      sum.set_spread(b, refiner_->spread(x_of(pixel), y_of(pixel), b, rays_[ray].px, rays_[ray].py, band.radiance, band.variance,
+                                         parts_.ramps[sent_[ray].part * static_cast<std::size_t>(bands_) + static_cast<std::size_t>(b)]));
     }
   }
 
