@@ -214,6 +214,11 @@ Criterion Refiner::by_rays(const Corners& c, int level) const noexcept {
   return Criterion::none;
 }
 
+bool Refiner::asks_by_rays(const FilmTile& tile, std::size_t pixel) const noexcept {
+  const int columns = tile.x_end() - tile.x_begin();
+  return rays_decide_ && by_rays(corners_of(tile.x_begin() + static_cast<int>(pixel) % columns, tile.y_begin() + static_cast<int>(pixel) / columns), 0) != Criterion::none;
+}
+
 void Refiner::decide_by_rays(std::span<const Cell> cells, int level, const FilmTile& tile, std::vector<Criterion>& asks,
                              std::vector<Ramp>& ramps, TileStrata& result) const {
   const int columns = tile.x_end() - tile.x_begin();
@@ -227,8 +232,10 @@ void Refiner::decide_by_rays(std::span<const Cell> cells, int level, const FilmT
   const std::uint32_t within = (1u << corners_.levels()) - 1;
   const auto on_grid = [&](const CornerRays::Corner& c) { return ((c.x | c.y) & within) == 0; };
   std::vector<CornerRays::Corner> wanted;
+  std::vector<char> own(cells.size());  // is told by rays at its own corners
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (asks[i] != Criterion::none) continue;
+    own[i] = asks[i] == Criterion::none && (level == 0 || (rays_decide(level) && asks_by_rays(tile, cells[i].pixel)));
+    if (!own[i]) continue;
     for (int k = 0; k < 4; ++k) {
       if (const CornerRays::Corner c = corner(cells[i], k); !on_grid(c)) wanted.push_back(c);
     }
@@ -239,25 +246,29 @@ void Refiner::decide_by_rays(std::span<const Cell> cells, int level, const FilmT
   result.counts += corners_.trace(wanted, values);
   result.rays.deciding += wanted.size();
 
+  const auto bands = static_cast<std::size_t>(corners_.bands());
   for (std::size_t i = 0; i < cells.size(); ++i) {
     if (asks[i] != Criterion::none) continue;
-    Corners corners;
+    const int x = tile.x_begin() + static_cast<int>(cells[i].pixel) % columns, y = tile.y_begin() + static_cast<int>(cells[i].pixel) / columns;
+    // Where a camera has no ray, a slope would be one into nothing.
+    bool all = true;
+    Corners corners = corners_of(x, y);
     for (int k = 0; k < 4; ++k) {
       const CornerRays::Corner c = corner(cells[i], k);
+      all = all && sampler_->camera().ray(std::ldexp(c.x, -corners_.levels()), std::ldexp(c.y, -corners_.levels()));
+      if (!own[i]) continue;
       const auto found = std::ranges::lower_bound(wanted, c);
       corners[static_cast<std::size_t>(k)] =
           on_grid(c) ? grid(static_cast<int>(c.x >> corners_.levels()), static_cast<int>(c.y >> corners_.levels()))
                      : &values[static_cast<std::size_t>(found - wanted.begin()) * corners_.stride()];
     }
-    if (rays_decide_) asks[i] = by_rays(corners, level);
-    // Where a camera has no ray, a slope would be one into nothing.
-    bool all = true;
-    for (int k = 0; k < 4; ++k) {
-      const CornerRays::Corner c = corner(cells[i], k);
-      all = all && sampler_->camera().ray(std::ldexp(c.x, -corners_.levels()), std::ldexp(c.y, -corners_.levels()));
+    if (own[i] && rays_decide_) asks[i] = by_rays(corners, level);
+    if (!all || (!own[i] && asks_by_rays(tile, cells[i].pixel))) continue;
+    const double size = std::ldexp(1.0, -level);
+    for (std::size_t b = 0; b < bands; ++b) {
+      const Ramp slope = ramp(corners, static_cast<int>(b));
+      ramps[i * bands + b] = own[i] ? slope : slope.within((cells[i].x + 0.5) * size - 0.5, (cells[i].y + 0.5) * size - 0.5, size);
     }
-    if (!all) continue;
-    for (int b = 0; b < corners_.bands(); ++b) ramps[i * static_cast<std::size_t>(corners_.bands()) + static_cast<std::size_t>(b)] = ramp(corners, b);
   }
 }
 
@@ -299,7 +310,7 @@ TileStrata Refiner::split(const FilmTile& tile) const {
         const double y = tile.y_begin() + static_cast<int>(cell.pixel) / columns + cell.y * side;
         if (const std::optional<Spot> spot = sampler_->camera().spot(x, y, x + side, y + side)) asks[i] = geometry(*spot);
       }
-      if (level == 0 || rays_decide(level)) decide_by_rays(cells, level, tile, asks, ramps, result);
+      decide_by_rays(cells, level, tile, asks, ramps, result);
     }
     next.clear();
     for (std::size_t i = 0; i < cells.size(); ++i) {

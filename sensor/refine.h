@@ -59,6 +59,10 @@ struct Ramp {
   double strength = 0;  ///< share of the corners' slope that is trusted, [0, 1]
 
   double operator()(double x, double y) const noexcept { return across * x + down * y + twist * x * y; }
+  /// The same in a square part with its middle at (x, y).
+  Ramp within(double x, double y, double side) const noexcept {
+    return {side * (across + twist * y), side * (down + twist * x), side * side * twist, strength};
+  }
 };
 
 /// The parts of a tile's pixels.
@@ -107,8 +111,12 @@ class Refiner {
   const float* grid(int x, int y) const noexcept {
     return grid_.data() + (static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_ + 1) + static_cast<std::size_t>(x)) * corners_.stride();
   }
+  /// What rays at the corners of parts tell: asks where nothing has asked, and ramps of the parts.
   void decide_by_rays(std::span<const Cell> cells, int level, const FilmTile& tile, std::vector<Criterion>& asks,
                       std::vector<Ramp>& ramps, TileStrata& result) const;
+  Corners corners_of(int x, int y) const noexcept { return {grid(x, y), grid(x + 1, y), grid(x, y + 1), grid(x + 1, y + 1)}; }
+  /// Whether the rays at a pixel's own corners ask: only then do those at corners of its parts.
+  bool asks_by_rays(const FilmTile& tile, std::size_t pixel) const noexcept;
 
   const World* world_;
   const Sampler* sampler_;

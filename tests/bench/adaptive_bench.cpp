@@ -186,7 +186,7 @@ Scene mirrors(const Options& options) {
 }
 
 /// Smoke at 310 K that absorbs and emits, of optical depth 2 in its middle, 20 m before a fence of 2.5 mm wires, 15 cm
-/// apart: a twentieth of a pixel at 128 columns.
+/// apart: a twentieth of a pixel at 128 columns. Its voxels are a pixel wide; the horizon is behind the fence.
 Scene fence(const Options& options) {
   Scene scene("smoke before a wire fence");
   const int soil = scene.material(1), zinc = scene.material(1), wood = scene.material(1);
@@ -201,8 +201,8 @@ Scene fence(const Options& options) {
   scene.add(std::move(wires), zinc, 284);
   scene.add(std::move(posts), wood, 286);
 
-  constexpr int side = 64;
-  constexpr double voxel = 0.1;
+  constexpr int side = 128;
+  constexpr double voxel = 0.05;
   const auto density = [](int i, int j, int k) {
     const double x = (i + 0.5) * voxel - 2.6, d = (j + 0.5) * voxel - 3.2, z = (k + 0.5) * voxel;
     const double drift = x + 0.5 * z, width = 0.5 + 0.16 * z, lumps = 1 + 0.6 * std::sin(3 * x + z) * std::sin(2.3 * z + 1.7 * d);
@@ -235,11 +235,11 @@ Scene fence(const Options& options) {
   Cloud smoke;
   smoke.name = "smoke";
   smoke.octree = std::make_shared<const Octree>(build_octree(stream, lossless).first);
-  smoke.local_to_world = placement({-3, 77, 0}, Vec3d(0), 1);
+  smoke.local_to_world = placement({-2, 76, 0}, {0, 0, 0.3}, 1);
   smoke.media.push_back({0, {1.5}, {0.0}, PhaseFunction::isotropic()});
   smoke.temperature.constant_K = 310;
   scene.contents.clouds.push_back(smoke);
-  scene.look(options, {0, 0, 2.2}, {0, 100, 1.6}, 6.4);
+  scene.look(options, {0, 0, 1.1}, {0, 100, 1.4}, 6.4);
   return scene;
 }
 
