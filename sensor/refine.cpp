@@ -248,27 +248,21 @@ void Refiner::decide_by_rays(std::span<const Cell> cells, int level, const FilmT
 
   const auto bands = static_cast<std::size_t>(corners_.bands());
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (asks[i] != Criterion::none) continue;
-    const int x = tile.x_begin() + static_cast<int>(cells[i].pixel) % columns, y = tile.y_begin() + static_cast<int>(cells[i].pixel) / columns;
+    if (!own[i]) continue;
     // Where a camera has no ray, a slope would be one into nothing.
     bool all = true;
-    Corners corners = corners_of(x, y);
+    Corners corners;
     for (int k = 0; k < 4; ++k) {
       const CornerRays::Corner c = corner(cells[i], k);
       all = all && sampler_->camera().ray(std::ldexp(c.x, -corners_.levels()), std::ldexp(c.y, -corners_.levels()));
-      if (!own[i]) continue;
       const auto found = std::ranges::lower_bound(wanted, c);
       corners[static_cast<std::size_t>(k)] =
           on_grid(c) ? grid(static_cast<int>(c.x >> corners_.levels()), static_cast<int>(c.y >> corners_.levels()))
                      : &values[static_cast<std::size_t>(found - wanted.begin()) * corners_.stride()];
     }
-    if (own[i] && rays_decide_) asks[i] = by_rays(corners, level);
-    if (!all || (!own[i] && asks_by_rays(tile, cells[i].pixel))) continue;
-    const double size = std::ldexp(1.0, -level);
-    for (std::size_t b = 0; b < bands; ++b) {
-      const Ramp slope = ramp(corners, static_cast<int>(b));
-      ramps[i * bands + b] = own[i] ? slope : slope.within((cells[i].x + 0.5) * size - 0.5, (cells[i].y + 0.5) * size - 0.5, size);
-    }
+    if (rays_decide_) asks[i] = by_rays(corners, level);
+    if (!all) continue;
+    for (std::size_t b = 0; b < bands; ++b) ramps[i * bands + b] = ramp(corners, static_cast<int>(b));
   }
 }
 

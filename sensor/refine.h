@@ -59,10 +59,6 @@ struct Ramp {
   double strength = 0;  ///< share of the corners' slope that is trusted, [0, 1]
 
   double operator()(double x, double y) const noexcept { return across * x + down * y + twist * x * y; }
-  /// The same in a square part with its middle at (x, y).
-  Ramp within(double x, double y, double side) const noexcept {
-    return {side * (across + twist * y), side * (down + twist * x), side * side * twist, strength};
-  }
 };
 
 /// The parts of a tile's pixels.

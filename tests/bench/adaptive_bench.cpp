@@ -2,7 +2,7 @@
 // with facets, smoke before a wire fence. What does not reflect like a mirror is black: every ray is exact, and the
 // picture alone is sampled. Every row is printed, won or lost; sensor/METHODS.md says what the columns are.
 //
-//   adaptive_bench [--columns 128] [--seeds 8] [--passes 4] [--only vehicle|mirrors|fence] [--pictures FOLDER]
+//   adaptive_bench [--columns 128] [--seeds 8] [--passes 3] [--only vehicle|mirrors|fence] [--pictures FOLDER]
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ using namespace obscura;
 namespace {
 
 struct Options {
-  int columns = 128, seeds = 8, passes = 4;
+  int columns = 128, seeds = 8, passes = 3;
   std::string only, pictures;
 };
 
