@@ -147,17 +147,14 @@ std::optional<double> noise_K(const DetectorSettings& detector, std::span<const 
 }
 
 /// Both looks are estimated in one way, or the methods would be part of what they differ by: the plan of a scene
-/// without clouds sees no need to gather. What surfaces reflect is gathered too, unless the scene forbids it: the map
-/// alone misses most light that small objects get from around them (METHODS.md of sensor).
+/// without clouds may see no need to gather.
 RenderDescription one_way(const Session& cloudy, std::vector<std::string>& warnings) {
   const Description& scene = cloudy.scene();
   RenderDescription render = scene.render;
   if (render.method != MethodKind::photon) return render;
   bool reflects = false;
   for (int i = 0; i < cloudy.world().interval_count(); ++i) reflects = reflects || cloudy.world().surfaces_reflect(i);
-  const bool thin_beam = std::ranges::any_of(scene.beams, [](const BeamDescription& beam) { return !(beam.radius_m > 0); });
-  const bool free = !render.final_gather && !scene.sensor.scattering_depth && !thin_beam;
-  render.final_gather = cloudy.plan().radiance.gather_bounces > 0 || (reflects && free) ? 1 : 0;
+  render.final_gather = cloudy.plan().radiance.gather_bounces > 0 ? 1 : 0;
   if (reflects && render.final_gather == 0) {
     warnings.emplace_back("surfaces reflect and nothing is gathered: the blur of the photon map, which no interval holds, may be larger than "
                           "the contrast; compare with --method path");

@@ -115,6 +115,8 @@ void share_samples(const Description& scene, Plan& plan) {
   // Where all pixels have as many rays, none is without a sample.
   if (!plan.sampling.adaptive) plan.sampling.max_oversampling = std::min(plan.sampling.max_oversampling, samples);
   plan.sampling.samples = samples;
+  // For whoever asks along single rays.
+  plan.radiance.points = std::clamp((samples + plan.sampling.max_oversampling - 1) / plan.sampling.max_oversampling, 1, kMostPoints);
   if (scene.render.method == MethodKind::path) {
     plan.passes = (samples + kMostPoints - 1) / kMostPoints;
     plan.sampling.samples = (samples + plan.passes - 1) / plan.passes;
