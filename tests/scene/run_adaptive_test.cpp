@@ -81,7 +81,8 @@ TEST_CASE("each threshold of antialiasing asks for rays by itself", "[scene][run
     CHECK(rays(asked, c.criterion) > 0);
     CHECK(rays(allowed, c.criterion) == 0);
     const auto all = asked.image.channel("rays.N");
-    CHECK(*std::max_element(all.begin(), all.end()) >= 10);
+    // A slope's depth varies half as much in a quarter, whose threshold is higher.
+    CHECK(*std::max_element(all.begin(), all.end()) >= (std::string(c.criterion) == "depth" ? 4 : 10));
     CHECK(*std::min_element(all.begin(), all.end()) == 1);
     // The report accounts for every ray that was averaged.
     double averaged = 0, reported = 0;
