@@ -43,7 +43,7 @@ TEST_CASE("with scattering the furnace's image has its radiance in the mean", "[
   };
   for (const Case c : {Case{0.5, 0}, Case{0.9, 0.7}, Case{0.95, -0.3}}) {
     const World world(grey_contents(rough_wish(c.albedo, c.g, kRadiance), kRadiance));
-    const Film film = photograph(world, 450000, 48);
+    const Film film = photograph(world, 600000, 48);
     const ImageMean mean = film.mean(0);
     // Each pixel knows its error: sixteen batches are Student's t, and neighbours share photons.
     const auto radiance = film.values(0, Film::Value::radiance);
