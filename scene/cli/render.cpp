@@ -159,7 +159,7 @@ Command add_render(CLI::App& program) {
   app->add_flag("--quiet", a->quiet, "No progress; warnings and errors stay");
 
   const char* const wish = "In place of the scene's";
-  app->add_option("--method", a->method, "How scattering is found: photon (baked and path are not available yet)")
+  app->add_option("--method", a->method, "How scattering is found: photon or path (baked is not available yet)")
       ->type_name("M")->group(wish);
   app->add_option("--photons", a->photons, "Photons emitted, per band")->type_name("N")->group(wish);
   app->add_option("--samples", a->samples, "Paths per pixel of final gather and method path")->type_name("N")->group(wish);
