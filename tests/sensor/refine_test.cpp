@@ -155,7 +155,8 @@ TEST_CASE("what varies is refined by its own criterion, where it does and nowher
 
   // Below the thresholds, and where nobody asks, there is nothing.
   const auto quiet = [](const Picture& picture, const SamplerSettings& settings) {
-    for (const float rays : draw(picture, 16, 16, settings).film.ray_count()) CHECK(rays == 1);
+    const Rendered image = draw(picture, 16, 16, settings);
+    for (const float rays : image.film.ray_count()) CHECK(rays == 1);
   };
   quiet([](double x, double, Stream&) { return Seen{1, x < 7.3 ? 0.5 : 0.54, 0}; }, adaptive(16));
   quiet([](double x, double, Stream&) { return Seen{x < 7.3 ? 1.0 : 1.04, 1, 0}; }, adaptive(16));
