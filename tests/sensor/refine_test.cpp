@@ -6,6 +6,8 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <mutex>
+#include <set>
 
 #include "octree/base/statistics.h"
 #include "sensor/render.h"
@@ -272,6 +274,30 @@ TEST_CASE("rays for the error leave the mean alone and reach the error", "[senso
   // Looser wishes cost less.
   settings.adaptive->error = 0.05;
   CHECK(draw(plain, 40, 40, settings).film.rays() < image.film.rays());
+}
+
+TEST_CASE("no two rays share their random numbers, those that decide included", "[sensor][refine]") {
+  const CameraSettings camera = flat_camera(16, 14);  // one tile: neighbours trace the corners between them alike, each for itself
+  const Picture picture = [](double x, double y, Stream& s) {
+    Seen seen = disc(x, y, 8, 6, 4.4);
+    seen.radiance += s.uniform();
+    return seen;
+  };
+  std::mutex lock;
+  std::multiset<std::uint64_t> names;
+  const Estimator estimator = estimator_of(picture, camera, 1);
+  const Estimator noted = [&](int interval, double share, std::span<const Ray> rays, std::span<const std::uint64_t> histories,
+                              std::span<Incoming> incoming) {
+    const std::lock_guard guard(lock);
+    names.insert(histories.begin(), histories.end());
+    return estimator(interval, share, rays, histories, incoming);
+  };
+  SamplerSettings settings = adaptive(64);
+  settings.adaptive->error = 0.05;
+  const Rendered image = render(cloudy_world(), noted, Camera(camera), settings);
+  CHECK(image.rays.deciding > 17 * 15);
+  CHECK(names.size() == image.film.rays() + image.rays.deciding);
+  CHECK(std::set<std::uint64_t>(names.begin(), names.end()).size() == names.size());
 }
 
 TEST_CASE("adaptive pictures have the same bits for any number of threads", "[sensor][refine]") {
