@@ -95,7 +95,8 @@ std::vector<PlanRow> effects_of(const Description& scene, const World& world) {
 namespace {
 
 /// Final gather pays where light scatters again and again: one bounce hides the map's blur and noise. So it does
-/// where surfaces reflect: small ones get few photons, and the map's discs reach over their edges. It is out of the question where a bounce cannot find light (beams without width) or would count scatterings wrongly.
+/// where surfaces reflect: small ones get few photons, and the map's discs reach over their edges. It is out of
+/// the question where a bounce cannot find light (beams without width) or would count scatterings wrongly.
 bool gathers(const Description& scene, const World& world) {
   if (scene.render.final_gather) return *scene.render.final_gather > 0;
   if (scene.sensor.scattering_depth) return false;

@@ -52,6 +52,12 @@ std::uint64_t hilbert(int levels, std::uint32_t x, std::uint32_t y) noexcept {
 /// by 2^(-1.5 level) of what the pixel would: thresholds of the parts grow by as much.
 double tolerance(int level) noexcept { return std::exp2(1.5 * level); }
 
+/// Differences of a radiance across and down a part, from its corners in the order of Refiner::Corners.
+struct Slope {
+  double across, down;
+};
+Slope slope_of(double c0, double c1, double c2, double c3) noexcept { return {0.5 * (c1 + c3 - c0 - c2), 0.5 * (c2 + c3 - c0 - c1)}; }
+
 double largest(std::initializer_list<double> values) { return std::max(values); }
 double range(std::initializer_list<double> values) { return std::max(values) - std::min(values); }
 
@@ -181,8 +187,9 @@ bool Refiner::rays_decide(int level) const noexcept {
 Ramp Refiner::ramp(const Corners& c, int band) const noexcept {
   const std::size_t k = 2 + 3 * static_cast<std::size_t>(band);
   Ramp ramp;
-  ramp.across = 0.5 * (double{c[1][k]} + c[3][k] - c[0][k] - c[2][k]);
-  ramp.down = 0.5 * (double{c[2][k]} + c[3][k] - c[0][k] - c[1][k]);
+  const Slope slope = slope_of(c[0][k], c[1][k], c[2][k], c[3][k]);
+  ramp.across = slope.across;
+  ramp.down = slope.down;
   ramp.twist = double{c[0][k]} + c[3][k] - c[1][k] - c[2][k];
   const double square = (ramp.across * ramp.across + ramp.down * ramp.down) / 12 + ramp.twist * ramp.twist / 144;
   const double noise = 7.0 / 36 * 0.25 * (double{c[0][k + 1]} + c[1][k + 1] + c[2][k + 1] + c[3][k + 1]);
@@ -345,7 +352,7 @@ TileStrata Refiner::split(const FilmTile& tile) const {
 
 double Refiner::spread(int x, int y, int band, double px, double py, double radiance, double variance, const Ramp& ramp) const noexcept {
   const std::size_t k = 2 + 3 * static_cast<std::size_t>(band);
-  const Corners c = {grid(x, y), grid(x + 1, y), grid(x, y + 1), grid(x + 1, y + 1)};
+  const Corners c = corners_of(x, y);
   const double u = px - x, v = py - y;
   const std::array<double, 4> share = {(1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v};
   double expected = -ramp(u - 0.5, v - 0.5), noise = 0, share2 = 0, mean_noise = 0;
@@ -357,8 +364,7 @@ double Refiner::spread(int x, int y, int band, double px, double py, double radi
   }
   // The corners' own noise makes slopes of its own: as much as one corner's variance. The ramp takes its share of the
   // slope away and brings its share of that noise.
-  const double across = 0.5 * (double{c[1][k]} + c[3][k] - c[0][k] - c[2][k]);
-  const double down = 0.5 * (double{c[2][k]} + c[3][k] - c[0][k] - c[1][k]);
+  const auto [across, down] = slope_of(c[0][k], c[1][k], c[2][k], c[3][k]);
   const double left = (1 - ramp.strength) * (1 - ramp.strength);
   const double slope = left * std::max(0.0, across * across + down * down - 2 * mean_noise) / 12 + ramp.strength * ramp.strength * 7.0 / 36 * mean_noise;
   const double stray = radiance - expected;
