@@ -10,6 +10,7 @@
 #include "photon/spot.h"
 #include "photon/world.h"
 #include "sensor/camera.h"
+#include "tests/support/shapes_of_surfaces.h"
 
 using namespace obscura;
 
@@ -20,23 +21,12 @@ double seconds_since(std::clock_t start) { return static_cast<double>(std::clock
 
 /// [-1, 1]^2 km as 2 n n triangles; `rough` adds hills of the size of faces.
 std::shared_ptr<const Mesh> terrain(std::uint32_t n, double rough) {
-  auto mesh = std::make_shared<Mesh>();
-  for (std::uint32_t j = 0; j <= n; ++j) {
-    for (std::uint32_t i = 0; i <= n; ++i) {
-      const double x = 2.0 * i / n - 1, y = 2.0 * j / n - 1;
-      double z = 20 * std::sin(5 * x) * std::cos(4 * y);
-      for (double wave = 30, size = rough; wave < 3000; wave *= 2.7, size *= 0.42) z += size * std::sin(wave * x + 0.1 * z) * std::cos(wave * 1.1 * y);
-      mesh->vertices.push_back({1000 * x, 1000 * y, z});
-    }
-  }
-  const auto at = [n](std::uint32_t i, std::uint32_t j) { return j * (n + 1) + i; };
-  for (std::uint32_t j = 0; j < n; ++j) {
-    for (std::uint32_t i = 0; i < n; ++i) {
-      mesh->faces.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
-      mesh->faces.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
-    }
-  }
-  return mesh;
+  return test::sheet_mesh(n, [=](std::uint32_t i, std::uint32_t j) {
+    const double x = 2.0 * i / n - 1, y = 2.0 * j / n - 1;
+    double z = 20 * std::sin(5 * x) * std::cos(4 * y);
+    for (double wave = 30, size = rough; wave < 3000; wave *= 2.7, size *= 0.42) z += size * std::sin(wave * x + 0.1 * z) * std::cos(wave * 1.1 * y);
+    return Vec3d(1000 * x, 1000 * y, z);
+  });
 }
 
 void measure(const char* what, std::shared_ptr<const Mesh> mesh) {

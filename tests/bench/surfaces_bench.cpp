@@ -11,6 +11,7 @@
 #include "octree/base/random.h"
 #include "photon/sampling.h"
 #include "photon/surfaces.h"
+#include "tests/support/shapes_of_surfaces.h"
 
 using namespace obscura;
 
@@ -35,25 +36,12 @@ double resident_MiB() {
 
 /// Hills of several sizes over [0, 1]^2 as 2 n n triangles.
 std::shared_ptr<const Mesh> terrain(std::uint32_t n) {
-  auto mesh = std::make_shared<Mesh>();
-  mesh->vertices.reserve(std::size_t(n + 1) * (n + 1));
-  for (std::uint32_t j = 0; j <= n; ++j) {
-    for (std::uint32_t i = 0; i <= n; ++i) {
-      const double x = double(i) / n, y = double(j) / n;
-      double z = 0, size = 0.05;
-      for (double wave = 9; wave < 3000; wave *= 2.7, size *= 0.42) z += size * std::sin(wave * x + 2 * z) * std::cos(wave * 1.1 * y);
-      mesh->vertices.push_back({x, y, z});
-    }
-  }
-  const auto at = [n](std::uint32_t i, std::uint32_t j) { return j * (n + 1) + i; };
-  mesh->faces.reserve(std::size_t(2) * n * n);
-  for (std::uint32_t j = 0; j < n; ++j) {
-    for (std::uint32_t i = 0; i < n; ++i) {
-      mesh->faces.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
-      mesh->faces.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
-    }
-  }
-  return mesh;
+  return test::sheet_mesh(n, [n](std::uint32_t i, std::uint32_t j) {
+    const double x = double(i) / n, y = double(j) / n;
+    double z = 0, size = 0.05;
+    for (double wave = 9; wave < 3000; wave *= 2.7, size *= 0.42) z += size * std::sin(wave * x + 2 * z) * std::cos(wave * 1.1 * y);
+    return Vec3d(x, y, z);
+  });
 }
 
 }  // namespace

@@ -32,21 +32,10 @@ Object plain(std::shared_ptr<const Mesh> mesh, int material = 0, double K = 0) {
 
 /// Hills over [-1, 1]^2 times size as 2 n n triangles.
 std::shared_ptr<Mesh> hills(std::uint32_t n, double size, double height, double waves) {
-  auto mesh = std::make_shared<Mesh>();
-  for (std::uint32_t j = 0; j <= n; ++j) {
-    for (std::uint32_t i = 0; i <= n; ++i) {
-      const double x = 2.0 * i / n - 1, y = 2.0 * j / n - 1;
-      mesh->vertices.push_back({size * x, size * y, height * std::sin(waves * x + 1) * std::cos(1.3 * waves * y)});
-    }
-  }
-  const auto at = [n](std::uint32_t i, std::uint32_t j) { return j * (n + 1) + i; };
-  for (std::uint32_t j = 0; j < n; ++j) {
-    for (std::uint32_t i = 0; i < n; ++i) {
-      mesh->faces.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
-      mesh->faces.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
-    }
-  }
-  return mesh;
+  return sheet_mesh(n, [=](std::uint32_t i, std::uint32_t j) {
+    const double x = 2.0 * i / n - 1, y = 2.0 * j / n - 1;
+    return Vec3d(size * x, size * y, height * std::sin(waves * x + 1) * std::cos(1.3 * waves * y));
+  });
 }
 
 std::shared_ptr<Mesh> triangle(const Vec3d& a, const Vec3d& b, const Vec3d& c) {

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "tests/support/shapes_of_surfaces.h"
 #include "tests/support/voxel_fields.h"
 
 using namespace obscura;
@@ -125,21 +126,10 @@ TEST_CASE("hits count only between t_min and t_max; the lower index wins a tie",
 namespace {
 
 /// A bumpy sheet of 2 n n triangles over [0, 1]^2, facing up.
-std::shared_ptr<const Mesh> sheet(int n, double height) {
-  auto mesh = std::make_shared<Mesh>();
-  for (int j = 0; j <= n; ++j) {
-    for (int i = 0; i <= n; ++i) {
-      mesh->vertices.push_back({double(i) / n, double(j) / n, height * voxel_noise(7, Vec3i(i, j, 0))});
-    }
-  }
-  const auto at = [n](int i, int j) { return static_cast<std::uint32_t>(j * (n + 1) + i); };
-  for (int j = 0; j < n; ++j) {
-    for (int i = 0; i < n; ++i) {
-      mesh->faces.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
-      mesh->faces.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
-    }
-  }
-  return mesh;
+std::shared_ptr<const Mesh> sheet(std::uint32_t n, double height) {
+  return test::sheet_mesh(n, [=](std::uint32_t i, std::uint32_t j) {
+    return Vec3d(double(i) / n, double(j) / n, height * voxel_noise(7, Vec3i(static_cast<int>(i), static_cast<int>(j), 0)));
+  });
 }
 
 Object placed(std::shared_ptr<const Mesh> mesh, const Vec3d& where, const Vec3d& turn = Vec3d(0), double scale = 1) {

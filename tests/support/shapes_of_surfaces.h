@@ -15,6 +15,25 @@ inline std::shared_ptr<Mesh> parallelogram(const Vec3d& corner, const Vec3d& u, 
   return mesh;
 }
 
+/// A sheet of 2 n n triangles, facing up where i goes along x and j along y: place(i, j) for i and j from 0 to n.
+template <class Place>
+std::shared_ptr<Mesh> sheet_mesh(std::uint32_t n, const Place& place) {
+  auto mesh = std::make_shared<Mesh>();
+  mesh->vertices.reserve(std::size_t{n + 1} * (n + 1));
+  mesh->faces.reserve(std::size_t{2} * n * n);
+  for (std::uint32_t j = 0; j <= n; ++j) {
+    for (std::uint32_t i = 0; i <= n; ++i) mesh->vertices.push_back(place(i, j));
+  }
+  const auto at = [n](std::uint32_t i, std::uint32_t j) { return j * (n + 1) + i; };
+  for (std::uint32_t j = 0; j < n; ++j) {
+    for (std::uint32_t i = 0; i < n; ++i) {
+      mesh->faces.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+      mesh->faces.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+    }
+  }
+  return mesh;
+}
+
 /// A closed box, its fronts inward or outward.
 inline std::shared_ptr<Mesh> box_mesh(const Vec3d& low, const Vec3d& high, bool inward) {
   auto mesh = std::make_shared<Mesh>();
