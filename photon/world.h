@@ -110,6 +110,8 @@ class World {
   /// smaller than the grid, singular placement).
   explicit World(WorldContents contents);
 
+  /// What it was made of: a copy with something left out makes a World without it.
+  const WorldContents& contents() const noexcept { return contents_; }
   const std::vector<Band>& bands() const noexcept { return contents_.bands; }
   const std::vector<Cloud>& clouds() const noexcept { return contents_.clouds; }
   /// Sun and moon, those that there are.

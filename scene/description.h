@@ -205,6 +205,7 @@ struct BeamDescription {
 enum class MethodKind { photon, baked, path };
 struct RenderDescription {
   MethodKind method = MethodKind::photon;
+  bool method_given = false;        ///< the scene names its method; else one may be chosen for a target
   std::uint64_t photons = 1000000;  ///< emitted, per band
   int nearest = 64;
   Kernel kernel = Kernel::epanechnikov;
@@ -213,6 +214,8 @@ struct RenderDescription {
   std::optional<int> final_gather;  ///< none: the plan decides
   int samples = 64;
   double octree_tolerance = 1e-3;
+  std::optional<double> target_error;  ///< image error to reach, a fraction
+  std::optional<double> time_limit_s;  ///< for the whole run
   std::uint64_t seed = 1;
 };
 

@@ -303,6 +303,7 @@ void check_detector(Findings& findings, const Description& scene) {
 }  // namespace
 
 void check_description(Findings& findings, Description& scene) {
+  scene.render.method_given = findings.good("/render/method");
   check_bands(findings, scene.bands);
   check_clouds(findings, scene);
   check_objects(findings, scene);

@@ -382,8 +382,8 @@ void keys(V& v, RenderDescription& r) {
   v.optional("final_gather", r.final_gather, between(0, 1), "bounces of final gather; null: the plan decides");
   v.optional("samples", r.samples, between(1, 1e9), "paths per pixel of final gather and method path");
   v.optional("octree_tolerance", r.octree_tolerance, from_below(0, 1), "error of a ray's transmission");
-  v.later("target_error", nullptr, "image error to reach");
-  v.later("time_limit_s", nullptr, "time to stop at");
+  v.optional("target_error", r.target_error, inside(0, 1), "image error to reach; photons and samples are then chosen");
+  v.optional("time_limit_s", r.time_limit_s, above(0), "for the whole run; photons and samples are then chosen");
   v.later("memory_MiB", nullptr, "memory to stay below");
   v.optional("seed", r.seed, at_least(0), "seed of all random numbers");
 }
