@@ -67,6 +67,34 @@ void share_photons(const World& world, PhotonEmitter& emitter, const TraceSettin
 
 }  // namespace
 
+void Light::add_tallies(const Light& other) {
+  const std::uint64_t all = emitted + other.emitted;
+  const double share = all > 0 ? static_cast<double>(other.emitted) / static_cast<double>(all) : 1.0;
+  const auto mix = [share](BatchTally& mine, const BatchTally& theirs) {
+    for (std::size_t b = 0; b < mine.size(); ++b) mine[b] += share * (theirs[b] - mine[b]);
+  };
+  if (bands.empty()) bands = other.bands;
+  for (std::size_t k = 0; k < other.bands.size(); ++k) {
+    EnergyTally& mine = bands[k].energy;
+    const EnergyTally& theirs = other.bands[k].energy;
+    mix(mine.emitted, theirs.emitted);
+    mix(mine.absorbed, theirs.absorbed);
+    mix(mine.surface, theirs.surface);
+    mix(mine.escaped, theirs.escaped);
+    mix(mine.truncated, theirs.truncated);
+    for (std::size_t r = 0; r < bands[k].flux.size(); ++r) {
+      mix(bands[k].flux[r].forward, other.bands[k].flux[r].forward);
+      mix(bands[k].flux[r].backward, other.bands[k].flux[r].backward);
+    }
+  }
+  dropped_W += share * (other.dropped_W - dropped_W);
+  emitted = all;
+  stored += other.stored;
+  bytes = std::max(bytes, other.bytes);
+  anomalies += other.anomalies;
+  partial = partial || other.partial;
+}
+
 Light trace_light(const World& world, const TraceSettings& settings,
                   std::span<const FluxRectangle> rectangles, const Progress& progress) {
   refuse_unfit(world, rectangles);

@@ -23,6 +23,10 @@ struct Light {
   double dropped_W = 0;            ///< collisions below photon_power_min, not stored
   std::uint64_t anomalies = 0;
   bool partial = false;
+
+  /// What photons of another, independent tracing of the World did, beside these: powers are means over all photons,
+  /// counts are sums. Its maps are not taken.
+  void add_tallies(const Light& other);
 };
 
 /// Traces every interval. `settings.photons` is the number per band: each interval gets its share by

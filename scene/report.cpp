@@ -35,6 +35,32 @@ Json members(const std::vector<std::pair<std::string, T>>& pairs) {
   return result;
 }
 
+Json optional_number(const std::optional<double>& value) { return value ? number(*value) : Json(nullptr); }
+
+Json accuracy_of(const AccuracyReport& a) {
+  Json trials = Json::array();
+  for (const TrialReport& trial : a.trials) {
+    trials.push_back({{"settings", trial.settings},
+                      {"seconds", number(trial.seconds)},
+                      {"predicted_s", number(trial.predicted_s)},
+                      {"predicted_error", number(trial.predicted_error)}});
+  }
+  return {{"target_error", optional_number(a.target_error)},
+          {"time_limit_s", optional_number(a.time_limit_s)},
+          {"error", number(a.error)},
+          {"interval_95", {number(a.interval[0]), number(a.interval[1])}},
+          {"noise", number(a.noise)},
+          {"bias", number(a.bias)},
+          {"dropped", number(a.dropped)},
+          {"reached", a.reached},
+          {"ended", a.ended},
+          {"method", a.method},
+          {"photons", a.photons},
+          {"samples", a.samples},
+          {"passes", a.passes},
+          {"trials", std::move(trials)}};
+}
+
 // Text that is not UTF-8 (a file name) must not lose the report.
 std::string text_of(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n'; }
 
@@ -79,6 +105,7 @@ std::string to_json(const Report& report) {
                        {"coarse_cells", report.footprint.coarse_cells},
                        {"voxels", number(report.footprint.voxels)},
                        {"error_bound", number(report.footprint.error_bound)}};
+  if (report.accuracy) json["accuracy"] = accuracy_of(*report.accuracy);
   json["memory"] = {{"peak_MiB", number(report.peak_MiB)}};
   json["time_s"] = members(report.time_s);
   json["rays"] = members(report.rays);

@@ -1,6 +1,7 @@
 // What a run tells about itself: the JSON report beside the image.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -72,6 +73,29 @@ struct FluxReport {
   std::vector<std::pair<std::string, CrossingReport>> bands;
 };
 
+/// A way to the image that was tried on a part of it.
+struct TrialReport {
+  std::string settings;
+  double seconds = 0;
+  double predicted_s = 0;      ///< of the whole image; 0: the target is out of its reach
+  double predicted_error = 0;  ///< image error then
+};
+
+/// Of an image with a target error or a time limit.
+struct AccuracyReport {
+  std::optional<double> target_error = std::nullopt, time_limit_s = std::nullopt;
+  double error = 0;                       ///< estimated image error
+  std::array<double, 2> interval{0, 0};   ///< its 95 % interval
+  double noise = 0, bias = 0, dropped = 0;  ///< parts of it; dropped: bound of what the plan has left out
+  bool reached = false;                   ///< the interval's upper end is at most the target
+  std::string ended;                      ///< "target", "time", "bias", "cancelled"
+  std::string method;
+  std::uint64_t photons = 0;              ///< of a pass, per band
+  int samples = 0;                        ///< of a pass, per pixel
+  int passes = 0;
+  std::vector<TrialReport> trials;
+};
+
 /// Pixels of a band that do not respond, and those cut at the ends of the detector's range.
 struct DetectorReport {
   std::uint64_t dead = 0;
@@ -88,6 +112,7 @@ struct Report {
   PhotonReport photons;
   std::vector<OctreeReport> octree;
   FootprintReport footprint;
+  std::optional<AccuracyReport> accuracy = std::nullopt;         ///< where a target or a time was given
   double peak_MiB = 0;
   std::vector<std::pair<std::string, double>> time_s;            ///< per stage
   std::vector<std::pair<std::string, std::uint64_t>> rays;       ///< per criterion

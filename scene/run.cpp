@@ -2,11 +2,13 @@
 
 #include <chrono>
 
+#include <fmt/format.h>
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include "photon/fluence.h"
 #include "photon/path_tracer.h"
+#include "scene/accuracy.h"
 #include "scene/session.h"
 
 namespace obscura {
@@ -21,21 +23,31 @@ class Stages {
  public:
   /// Seconds since the last stage ended.
   void end(const char* stage) {
-    const auto now = std::chrono::steady_clock::now();
-    seconds_.emplace_back(stage, std::chrono::duration<double>(now - last_).count());
+    const double now = since_begin();
+    seconds_.emplace_back(stage, now - last_);
     last_ = now;
   }
+  /// The stages of an image in passes, each of which is many stretches of time.
+  void end(const Accuracy& accuracy) {
+    for (const auto& [stage, seconds] : {std::pair("pilot", accuracy.pilot_s), {"photons", accuracy.photons_s}, {"image", accuracy.image_s}}) {
+      seconds_.emplace_back(stage, seconds);
+    }
+    last_ = since_begin();
+  }
+  double since_begin() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
   std::vector<std::pair<std::string, double>> take() { return std::move(seconds_); }
 
  private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  double last_ = 0;
   std::vector<std::pair<std::string, double>> seconds_;
 };
 
 double total(const BatchTally& tally) { return pairwise_sum(tally); }
 
-std::vector<ProbeReport> probe(const Session& session, const Light& light) {
+std::vector<ProbeReport> probe(Session& session) {
   const World& world = session.world();
+  const Light& light = session.light();
   std::vector<ProbeReport> reports;
   std::uint64_t history = 0;
   for (const ProbeDescription& wish : session.scene().probes) {
@@ -106,9 +118,8 @@ std::vector<std::pair<std::string, std::uint64_t>> ray_report(const RayCounts& r
   return report;
 }
 
-Report make_report(const Session& session, const Light& light, const Rendered& rendered) {
+Report make_report(const Description& scene, const Session& session, const Light& light, const Rendered& rendered) {
   Report report;
-  const Description& scene = session.scene();
   report.version = OBSCURA_VERSION;
   report.scene = scene.name;
   report.hash = scene.hash;
@@ -153,12 +164,39 @@ Report make_report(const Session& session, const Light& light, const Rendered& r
   return report;
 }
 
-ImageOrigin origin_of(const Session& session, double time_s) {
+std::string percent(double fraction) { return fmt::format("{:.3g} %", 100 * fraction); }
+
+void add_accuracy(const Accuracy& made, Report& report) {
+  AccuracyReport& to = report.accuracy.emplace();
+  to.target_error = made.goal.target_error;
+  to.time_limit_s = made.goal.time_limit_s;
+  to.error = made.error;
+  to.interval = {made.low, made.high};
+  to.noise = made.noise;
+  to.bias = made.bias;
+  to.dropped = made.goal.dropped;
+  to.reached = made.reached();
+  to.ended = made.ended;
+  to.method = made.recipe.name();
+  to.photons = made.recipe.method == MethodKind::path ? 0 : made.recipe.photons;
+  to.samples = made.recipe.samples;
+  to.passes = made.passes;
+  for (const PilotTrial& trial : made.trials) to.trials.push_back({trial.recipe.text(), trial.seconds, trial.predicted_s, trial.predicted_error});
+  if (!made.goal.target_error || to.reached) return;
+  std::string warning = "target_error " + percent(*made.goal.target_error);
+  warning += " was not reached: the image error is " + percent(made.error) + " (95 %: " + percent(made.low) + " to " + percent(made.high) + "); ";
+  if (made.ended == "bias") warning += "the bias of method " + to.method + ", " + percent(made.bias) + ", does not let it";
+  if (made.ended == "time") warning += "time_limit_s came first";
+  if (made.ended == "cancelled") warning += "the run was stopped";
+  report.warnings.push_back(std::move(warning));
+}
+
+ImageOrigin origin_of(const Description& scene, const Session& session, double time_s) {
   ImageOrigin origin;
   origin.camera = session.plan().camera;
-  origin.seed = session.scene().render.seed;
-  origin.scene_name = session.scene().name;
-  origin.scene_hash = session.scene().hash;
+  origin.seed = scene.render.seed;
+  origin.scene_name = scene.name;
+  origin.scene_hash = scene.hash;
   origin.method = session.scene().render.method == MethodKind::path ? "path" : "photon";
   origin.time_s = time_s;
   origin.has_bias = session.scene().render.method != MethodKind::path;
@@ -180,6 +218,27 @@ void add_detector(const Session& session, double time_s, RunResult& result) {
 
 }  // namespace
 
+namespace {
+
+/// As the scene's settings say, or to its goal: the accuracy's end then is not empty.
+AccurateImage make_image(Session& session, Stages& stages, const Progress& progress) {
+  const RenderDescription& wish = session.scene().render;
+  if (wish.target_error || wish.time_limit_s) {
+    const AccuracyGoal goal{wish.target_error, wish.time_limit_s, 0};
+    AccurateImage made = render_to_goal(session, goal, [&stages] { return stages.since_begin(); }, progress);
+    stages.end(made.accuracy);
+    return made;
+  }
+  Light light;
+  light.add_tallies(session.light(progress));
+  stages.end("photons");
+  Rendered rendered = session.render(progress);
+  stages.end("image");
+  return {std::move(rendered), std::move(light), {}};
+}
+
+}  // namespace
+
 RunResult run_scene(const Description& scene, const RunOptions& options, const Progress& progress) {
   const auto threads = static_cast<std::size_t>(options.threads > 0 ? options.threads : tbb::this_task_arena::max_concurrency());
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
@@ -188,15 +247,15 @@ RunResult run_scene(const Description& scene, const RunOptions& options, const P
 
   Session session(scene, time_s, progress);
   stages.end("world");
-  const Light& light = session.light(progress);
-  stages.end("photons");
-  const Rendered rendered = session.render(progress);
-  stages.end("image");
-  Report report = make_report(session, light, rendered);
-  if (!progress.cancelled()) report.probes = probe(session, light);
+  const AccurateImage made = make_image(session, stages, progress);
+  const Light& light = made.light;
+  const Rendered& rendered = made.rendered;
+  Report report = make_report(scene, session, light, rendered);
+  if (!made.accuracy.ended.empty()) add_accuracy(made.accuracy, report);
+  if (!progress.cancelled()) report.probes = probe(session);
   stages.end("report");
 
-  RunResult result{develop(rendered.film, session.world().bands(), origin_of(session, time_s)), std::move(report), {}};
+  RunResult result{develop(rendered.film, session.world().bands(), origin_of(scene, session, time_s)), std::move(report), {}};
   add_detector(session, time_s, result);
   if (result.report.partial) result.image.metadata["obscura:partial"] = 1;
   result.report.time_s = stages.take();

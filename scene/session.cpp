@@ -38,9 +38,11 @@ const Light& Session::light(const Progress& progress) {
   return *light_;
 }
 
-void Session::look_from(const SensorDescription& sensor) {
-  scene_.sensor = sensor;
-  set_render(scene_.render);
+void Session::look_from(const SensorDescription& sensor) { set(sensor, scene_.render); }
+
+void Session::set(SensorDescription sensor, const RenderDescription& render) {
+  scene_.sensor = std::move(sensor);
+  set_render(render);
 }
 
 void Session::set_render(const RenderDescription& render) {
@@ -51,12 +53,13 @@ void Session::set_render(const RenderDescription& render) {
   plan_ = std::move(plan);
 }
 
-Rendered Session::render(const Progress& progress) {
+Rendered Session::render(const Progress& progress, std::vector<int> tiles) {
   if (plan_.radiance.gather_bounces > 0) refuse_unfit_paths(world());
   const Light& traced = light(progress);
   const auto pass = [&](int number) {
     SamplerSettings sampling = plan_.sampling;
     sampling.pass = static_cast<std::uint32_t>(number);
+    sampling.tiles = tiles;
     return obscura::render(world(), traced.maps, Camera(plan_.camera), sampling, plan_.radiance, progress);
   };
   Rendered image = pass(0);

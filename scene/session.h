@@ -29,9 +29,12 @@ class Session {
   /// Other settings of the method: the World stays, and the maps too where only gathering changed.
   /// The octree's tolerance is fixed at construction; a different one is ignored.
   void set_render(const RenderDescription& render);
+  /// Both at once.
+  void set(SensorDescription sensor, const RenderDescription& render);
 
   /// The image of the present camera. @throws as light() and refuse_unfit_paths()
-  Rendered render(const Progress& progress = {});
+  /// @param tiles of the film to be done; none: all
+  Rendered render(const Progress& progress = {}, std::vector<int> tiles = {});
 
  private:
   Description scene_;

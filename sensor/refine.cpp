@@ -128,7 +128,8 @@ Refiner::Refiner(const World& world, const Estimator& estimator, const Sampler& 
     rays_decide_ = rays_decide_ || (world.surfaces_reflect(i) && (settings_->radiance || settings_->shadow));
   }
 
-  grid_.resize(static_cast<std::size_t>(columns_ + 1) * static_cast<std::size_t>(rows_of_pixels_ + 1) * corners_.stride());
+  find_wanted(Film({{columns_, rows_of_pixels_}, 1}));
+  grid_.resize(wanted_.size() * corners_.stride());
   const std::size_t row_length = static_cast<std::size_t>(columns_ + 1) * corners_.stride();
   std::vector<RadianceCounts> counts(static_cast<std::size_t>(rows_of_pixels_ + 1));
   std::atomic<std::uint64_t> done{0};
@@ -136,24 +137,46 @@ Refiner::Refiner(const World& world, const Estimator& estimator, const Sampler& 
     if (progress.cancelled()) return;
     std::vector<CornerRays::Corner> corners;
     for (int x = 0; x <= columns_; ++x) {
+      if (!wanted(x, y)) continue;
       corners.push_back({static_cast<std::uint32_t>(x) << corners_.levels(), static_cast<std::uint32_t>(y) << corners_.levels()});
     }
-    counts[static_cast<std::size_t>(y)] =
-        corners_.trace(corners, std::span(grid_).subspan(static_cast<std::size_t>(y) * row_length, row_length));
+    std::vector<float> values(corners.size() * corners_.stride());
+    counts[static_cast<std::size_t>(y)] = corners_.trace(corners, values);
+    auto value = values.cbegin();
+    for (int x = 0; x <= columns_; ++x) {
+      if (!wanted(x, y)) continue;
+      std::copy_n(value, corners_.stride(), grid_.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(y) * row_length + static_cast<std::size_t>(x) * corners_.stride()));
+      value += static_cast<std::ptrdiff_t>(corners_.stride());
+    }
     progress.report("base rays", ++done, static_cast<std::uint64_t>(rows_of_pixels_ + 1));
   });
   for (const RadianceCounts& row : counts) counts_ += row;
-  rays_.deciding = static_cast<std::uint64_t>(columns_ + 1) * static_cast<std::uint64_t>(rows_of_pixels_ + 1);
+  rays_.deciding = static_cast<std::uint64_t>(std::count(wanted_.begin(), wanted_.end(), 1));
 
   pool_noise();
 
   std::vector<float> bright;
   for (int b = 0; b < corners_.bands(); ++b) {
     bright.clear();
-    for (std::size_t i = static_cast<std::size_t>(2 + 3 * b); i < grid_.size(); i += corners_.stride()) bright.push_back(std::abs(grid_[i]));
+    for (std::size_t i = 0; i < wanted_.size(); ++i) {
+      if (wanted_[i]) bright.push_back(std::abs(grid_[i * corners_.stride() + static_cast<std::size_t>(2 + 3 * b)]));
+    }
     const auto end = bright.end() - 1 - static_cast<std::ptrdiff_t>(kGlints * static_cast<double>(bright.size()));
     std::nth_element(bright.begin(), end, bright.end());
     dark_.push_back(kDarkShare * *end);
+  }
+}
+
+void Refiner::find_wanted(const Film& film) {
+  const std::vector<int>& tiles = sampler_->settings().tiles;
+  wanted_.assign(static_cast<std::size_t>(columns_ + 1) * static_cast<std::size_t>(rows_of_pixels_ + 1), tiles.empty());
+  for (const int tile : tiles) {
+    const auto [x0, y0, columns, rows] = film.tile_box(tile);
+    for (int y = y0; y <= y0 + rows; ++y) {
+      for (int x = x0; x <= x0 + columns; ++x) {
+        wanted_[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_ + 1) + static_cast<std::size_t>(x)] = 1;
+      }
+    }
   }
 }
 
@@ -164,10 +187,11 @@ void Refiner::pool_noise() {
     for (std::size_t i = 0; i < own.size(); ++i) own[i] = grid_[i * corners_.stride() + k];
     tbb::parallel_for(0, rows_of_pixels_ + 1, [&](int y) {
       for (int x = 0; x <= columns_; ++x) {
+        if (!wanted(x, y)) continue;
         double sum = 0, weights = 0;
         for (int v = std::max(0, y - 1); v <= std::min(rows_of_pixels_, y + 1); ++v) {
           for (int u = std::max(0, x - 1); u <= std::min(columns_, x + 1); ++u) {
-            const double weight = (u == x ? 2.0 : 1.0) * (v == y ? 2.0 : 1.0);
+            const double weight = wanted(u, v) ? (u == x ? 2.0 : 1.0) * (v == y ? 2.0 : 1.0) : 0.0;
             sum += weight * own[static_cast<std::size_t>(v * (columns_ + 1) + u)];
             weights += weight;
           }

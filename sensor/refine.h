@@ -77,7 +77,7 @@ struct TileStrata {
 
 class Refiner {
  public:
-  /// Traces the rays at the corners of all pixels. Keeps references to all that it is given.
+  /// Traces the rays at the corners of the pixels of all tiles to be done. Keeps references to all that it is given.
   Refiner(const World& world, const Estimator& estimator, const Sampler& sampler, const Progress& progress);
 
   /// Columns, rows as the tile's. Thread-safe.
@@ -98,6 +98,11 @@ class Refiner {
   struct Cell;
   using Corners = std::array<const float*, 4>;  // top left, top right, bottom left, bottom right
 
+  /// Marks the corners of the tiles to be done.
+  void find_wanted(const Film& film);
+  bool wanted(int x, int y) const noexcept {
+    return wanted_[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_ + 1) + static_cast<std::size_t>(x)];
+  }
   /// A corner's few paths know their noise badly: neighbours lend it to one another.
   void pool_noise();
   /// Whether what rays tell can split a part of this level.
@@ -121,6 +126,7 @@ class Refiner {
   int columns_, rows_of_pixels_;
   int most_;           // parts of a pixel
   bool rays_decide_;   // something that rays can tell varies in this World
+  std::vector<char> wanted_;
   std::vector<float> grid_;
   std::vector<double> dark_;
   RayCounts rays_;

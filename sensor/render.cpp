@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <numeric>
 
 #include <tbb/parallel_for.h>
 
@@ -248,13 +249,19 @@ Rendered render(const World& world, const Estimator& estimator, const Camera& ca
   std::vector<RadianceCounts> counts(static_cast<std::size_t>(film.tile_count()));
   std::vector<RayCounts> rays(counts.size());
   std::atomic<std::uint64_t> done{0};
-  tbb::parallel_for(0, film.tile_count(), [&](int index) {
+  std::vector<int> tiles = sampling.tiles;
+  if (tiles.empty()) {
+    tiles.resize(static_cast<std::size_t>(film.tile_count()));
+    std::iota(tiles.begin(), tiles.end(), 0);
+  }
+  tbb::parallel_for(std::size_t{0}, tiles.size(), [&](std::size_t i) {
     if (progress.cancelled()) return;
+    const int index = tiles[i];
     TilePass pass(world, estimator, sampler, refiner ? &*refiner : nullptr, film.tile(index));
     film.put(pass.run());
     counts[static_cast<std::size_t>(index)] = pass.counts;
     rays[static_cast<std::size_t>(index)] = pass.rays;
-    progress.report("image", ++done, static_cast<std::uint64_t>(film.tile_count()));
+    progress.report("image", ++done, tiles.size());
   });
   film.pool_errors();
   Rendered result{std::move(film), {}, {}};

@@ -34,6 +34,8 @@ struct SamplerSettings {
   std::uint64_t seed = 1;
   /// Passes over one image with different numbers draw different rays.
   std::uint32_t pass = 0;
+  /// Tiles of the film to be done; none: all.
+  std::vector<int> tiles = {};
 };
 
 /// A rectangle within a pixel, in pixels from its top left corner.

@@ -82,6 +82,13 @@ void check_quantity(const std::string& quantity, const Description& scene, std::
                       fmt::format("give one of {}", fmt::join(known, ", "))});
 }
 
+void print_accuracy(const AccuracyReport& a) {
+  fmt::print("image error {:.2g} % (95 %: {:.2g} to {:.2g} %), noise {:.2g} %, bias {:.2g} %; {} pass{} of {}", 100 * a.error,
+             100 * a.interval[0], 100 * a.interval[1], 100 * a.noise, 100 * a.bias, a.passes, a.passes == 1 ? "" : "es", a.method);
+  if (a.photons > 0) fmt::print(", {} photons", a.photons);
+  fmt::print(", {} samples\n", a.samples);
+}
+
 int render(const RenderArguments& a, const CLI::App& app) {
   std::vector<Problem> problems;
   const std::vector<SceneEdit> edits = edits_of(a, app, problems);
@@ -133,6 +140,7 @@ int render(const RenderArguments& a, const CLI::App& app) {
   if (!a.rays.empty()) write_png(a.rays, rays_picture(result.image));
   write_exports(a.exports, result.image);
   print_warnings(result.report.warnings);
+  if (result.report.accuracy && !a.quiet) print_accuracy(*result.report.accuracy);
   if (!a.quiet) {
     std::string written = a.output + ", " + report_file.string();
     for (std::size_t i = 2; i < outputs.size(); ++i) written += ", " + outputs[i].file.string();
@@ -174,9 +182,10 @@ Command add_render(CLI::App& program) {
   const char* const limits = "Limits";
   app->add_option("--threads", a->threads, "Threads; default: all. Results do not depend on it")
       ->type_name("N")->check(CLI::Range(1, 4096))->group(limits);
+  const char* const goals = "Goals; photons and samples, and the method where none is given, are chosen";
+  app->add_option("--target-error", a->target_error, "Image error to reach: 0.03 or 3%")->type_name("E")->group(goals);
+  app->add_option("--time-limit", a->time_limit, "The most accurate image for this time: seconds, or 30s, 5min")->type_name("S")->group(goals);
   const char* const later = "Not available yet";
-  app->add_option("--target-error", a->target_error, "Image error to reach: 0.03 or 3%")->type_name("E")->group(later);
-  app->add_option("--time-limit", a->time_limit, "Time to stop at: seconds, or 30s, 5min")->type_name("S")->group(later);
   app->add_option("--memory", a->memory, "Memory to stay below")->type_name("MiB")->group(later);
   app->footer(
       "Ctrl-C writes what there is, marked partial.\n\n"
