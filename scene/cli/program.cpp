@@ -28,6 +28,7 @@ const char* const kFooter =
     "  obscura compare image.exr reference.exr\n"
     "  obscura verify smoke.json -o verify.html\n"
     "  obscura obscuration smoke.json --object truck -o truck.html\n"
+    "  obscura study smoke.json -o study.html\n"
     "\n"
     "Units: metres, seconds, kelvin, micrometres; radiance W/m2/sr.\n"
     "Exit codes: 0 done, 2 bad input, 3 the machine's limits (disk, memory), 4 numbers not to be trusted.\n"
@@ -86,7 +87,7 @@ int dispatch(int argc, char** argv) {
   program.footer(kFooter);
   const std::vector<Command> commands = {add_render(program), add_info(program), add_convert(program),
                                          add_compare(program), add_export(program), add_verify(program),
-                                         add_obscuration(program), add_schema(program)};
+                                         add_obscuration(program), add_study(program), add_schema(program)};
   const std::vector<std::string> names = names_of(commands);
   if (const auto problem = command_problem(argc, argv, names)) return report({*problem});
   try {
@@ -115,7 +116,7 @@ int dispatch(int argc, char** argv) {
 }  // namespace
 
 const std::vector<std::string>& later_commands() {
-  static const std::vector<std::string> names = {"plan", "bake", "study", "optics", "view"};
+  static const std::vector<std::string> names = {"plan", "bake", "optics", "view"};
   return names;
 }
 
