@@ -18,8 +18,12 @@ namespace {
 constexpr int kPictures = 2;
 /// Of the time spent, what the reference gets; passes that its share is made of, and their time at least.
 constexpr double kReferenceShare = 1.0 / 3;
-constexpr double kReferencePasses = 24;
+constexpr double kReferencePasses = 16;
 constexpr double kShortPass_s = 0.3;
+/// The share that it gets while its error is more than so much of the least measured.
+constexpr double kPoorReference = 0.7, kPoorReferenceShare = 0.5;
+/// Rays of a pixel in one of its passes.
+constexpr int kMostReferenceRays = 64;
 /// The reference's octree is this much finer than the scene's.
 constexpr double kFinerOctree = 0.1;
 /// What a prediction may be wrong by: runs are started only where they fit with it.
@@ -30,12 +34,18 @@ constexpr double kStillImproves = 0.85;
 constexpr double kWorthTaking = 0.85;
 /// Rungs before the other knobs are tried for the first time.
 constexpr std::size_t kRungsFirst = 3;
+/// Of the budget, what a method's other knobs may take at a time.
+constexpr double kVariationsShare = 0.12;
 /// An interpolated setting is tried where it would take less than this share of the best one's time.
 constexpr double kWorthTrying = 0.75;
+/// Relative error above which an error says too little to find settings by it.
+constexpr double kTold = 0.35;
 /// Most interpolated settings for one target.
 constexpr int kTriesPerTarget = 2;
 /// Below this share of the lowest target no error is of interest.
 constexpr double kFarBelow = 0.5;
+/// How much a job of a method that is far from the best may be put back.
+constexpr double kLeastWorth = 0.2;
 /// Settings that have not been predicted, in seconds.
 constexpr double kUnknown_s = 1;
 
@@ -119,7 +129,8 @@ class Runs {
     if (settings_.tell) settings_.tell(line);
   }
   void refuse(StudyMethod method, const std::string& why) {
-    study_.refusals.emplace_back(method, why);
+    const std::string own = std::string(name_of(method)) + ": ";
+    study_.refusals.emplace_back(method, why.starts_with(own) ? why.substr(own.size()) : why);
     ladders_[method].ended = why;
   }
   bool refused(StudyMethod method) const {
@@ -169,8 +180,13 @@ class Runs {
     StudySetting& s = reference_setting_;
     const StudyTraits& traits = bench_.traits();
     s = first_rung(traits, StudyMethod::path);
-    // Its first rung tells what a path costs here.
-    run_job({{{s, "ladder"}}, 0, 1});
+    const double pass_s = std::max(kShortPass_s, kReferenceShare * settings_.budget_s / kReferencePasses);
+    // The lowest rungs tell what a path costs here.
+    Ladder& ladder = ladders_[StudyMethod::path];
+    while (!stopped() && ladder.ended.empty() && ladder.rungs.size() < kRungsFirst && (ladder.rungs.empty() || last_image_s(ladder) < pass_s)) {
+      s = ladder.next;
+      run_job({{{s, "ladder"}}, 0, 1});
+    }
     s.octree_tolerance = traits.given.octree_tolerance * kFinerOctree;
     if (traits.spectral) s.intervals = std::max(8, 2 * traits.most_intervals);
     if (refused(StudyMethod::path)) {
@@ -181,15 +197,20 @@ class Runs {
       return;
     }
     study_.reference.method = name_of(StudyMethod::path);
-    const double pass_s = std::max(kShortPass_s, kReferenceShare * settings_.budget_s / kReferencePasses);
-    const double shortest_s = std::max(predict_s(s), 1e-6);
-    const double factor = std::clamp(pass_s / shortest_s, 1.0, traits.scatters ? 65536.0 : 1024.0);
+    if (stopped()) return;
+    const double factor = std::clamp(pass_s / std::max(last_image_s(ladder), 1e-6), 1.0, 65536.0);
     s = scaled(traits, s, factor);
-    if (traits.scatters) s.rays = std::clamp(s.samples, s.rays, std::max(s.rays, 64));
+    if (traits.scatters) s.rays = std::clamp(std::min(s.samples, kMostReferenceRays), s.rays, std::max(s.rays, kMostReferenceRays));
   }
 
+  double last_image_s(const Ladder& ladder) const { return run_at(ladder.rungs.back()).seconds.image.wall; }
+
   bool reference_is_due() const {
-    return !study_.reference.picture.known() || study_.reference.seconds.wall < kReferenceShare * spent_s();
+    if (!study_.reference.picture.known()) return true;
+    double least = std::numeric_limits<double>::infinity();
+    for (const StudyRun& run : study_.runs) least = std::min(least, run.error.error.value() + run.error.error.error());
+    const bool poor = study_.reference.error.value() > kPoorReference * std::max(least, kFarBelow * kStudyTargets.back());
+    return study_.reference.seconds.wall < (poor ? kPoorReferenceShare : kReferenceShare) * spent_s();
   }
   /// While it is not much better than what it is held against.
   bool reference_is_worth_more() const {
@@ -284,6 +305,23 @@ class Runs {
     return error(1) < kStillImproves * error(2) || error(2) < kStillImproves * error(3);
   }
 
+  /// The other knobs, first around the best rung that leaves time for others; once more around the last best one.
+  void vary(const Ladder& ladder, bool up, std::vector<Job>& jobs) const {
+    if (up && !ladder.varied.empty()) return;
+    const int best = best_rung(ladder);
+    for (auto rung = ladder.rungs.rbegin(); rung != ladder.rungs.rend(); ++rung) {
+      if (*rung > best) continue;
+      if (ladder.varied.contains(*rung)) return;
+      std::vector<Job> around;
+      add_variations(ladder, *rung, around);
+      double all_s = 0;
+      for (const Job& job : around) all_s += job.predicted_s;
+      if (all_s > kVariationsShare * settings_.budget_s && *rung != ladder.rungs.front()) continue;
+      jobs.insert(jobs.end(), around.begin(), around.end());
+      return;
+    }
+  }
+
   /// The other knobs around a run. Those that only gather otherwise share its map.
   void add_variations(const Ladder& ladder, int base, std::vector<Job>& jobs) const {
     if (ladder.varied.contains(base)) return;
@@ -309,11 +347,21 @@ class Runs {
       if (refused(method)) continue;
       const bool up = ladder.ended.empty() && improves(ladder);
       if (up && !measured(ladder.next)) jobs.push_back(job_of({{ladder.next, "ladder"}}, ladder.rungs.empty() ? 4 : 1));
-      if (ladder.rungs.size() == kRungsFirst || (!up && !ladder.rungs.empty())) add_variations(ladder, best_rung(ladder), jobs);
+      if (ladder.rungs.size() >= kRungsFirst || (!up && !ladder.rungs.empty())) vary(ladder, up, jobs);
     }
     if (!refused(traits.given.method) && !measured(traits.given)) jobs.push_back(job_of({{given(), "scene"}}, 2));
     add_targets(jobs);
+    // A method that is far from the best one's efficiency waits.
+    double best = std::numeric_limits<double>::infinity();
+    for (const auto& [method, ladder] : ladders_) best = std::min(best, efficiency(ladder));
+    for (Job& job : jobs) {
+      const double own = efficiency(ladders_.at(job.parts.front().setting.method));
+      if (std::isfinite(own) && own > 0) job.worth *= std::clamp(std::sqrt(best / own), kLeastWorth, 1.0);
+    }
     return jobs;
+  }
+  double efficiency(const Ladder& ladder) const {
+    return ladder.rungs.empty() ? std::numeric_limits<double>::infinity() : worth(best_rung(ladder));
   }
 
   StudySetting given() const {
@@ -351,6 +399,7 @@ class Runs {
           const StudyRun &low = run_at(ladder.rungs[k - 1]), &high = run_at(ladder.rungs[k]);
           const double aim = 0.92 * target.error, from = low.error.error.value(), to = high.error.error.value();
           if (!(from > aim && to < aim && to > 0)) continue;
+          if (low.error.error.error() > kTold * from || high.error.error.error() > kTold * to) continue;
           // From the upper rung down: it has the knobs that were found since.
           const double share = std::log(aim / to) / std::log(from / to);
           const StudySetting setting = scaled(bench_.traits(), high.setting, std::pow(kRung, -share));

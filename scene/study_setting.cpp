@@ -57,9 +57,15 @@ StudySetting scaled(const StudyTraits& traits, StudySetting s, double factor) {
     s.rays = rounded(s.rays * factor, 1, traits.most_rays);
     if (s.samples > 0) s.samples = std::max(s.samples, s.rays);
   } else {
+    // Above the scene's own setting the rays of a pixel grow as the noise of its samples falls: else theirs would stay.
+    const StudySetting& given = traits.given;
+    const bool map = s.method == StudyMethod::photon;
+    const double work = map ? static_cast<double>(s.photons) : s.samples, own = map ? static_cast<double>(given.photons) : given.samples;
+    const double above = factor > 1 ? std::clamp(work * factor / own, 1.0, factor) : std::clamp(own / work, factor, 1.0);
+    s.rays = rounded(s.rays * (map ? std::pow(above, kNearestPower) : above), 1, traits.most_rays);
     if (s.method != StudyMethod::path) s.photons = photons(static_cast<double>(s.photons) * factor);
-    if (s.method == StudyMethod::photon) s.nearest = rounded(s.nearest * std::pow(factor, kNearestPower), std::min(s.nearest, kFewNearest), std::max(s.nearest, kMostNearest));
-    if (s.method != StudyMethod::photon) s.samples = rounded(s.samples * factor, 1, 1 << 24);
+    if (map) s.nearest = rounded(s.nearest * std::pow(factor, kNearestPower), std::min(s.nearest, kFewNearest), std::max(s.nearest, kMostNearest));
+    if (!map) s.samples = rounded(s.samples * factor, 1, 1 << 24);
   }
   return s;
 }
@@ -165,8 +171,8 @@ std::string study_label(const StudySetting& s) {
   std::string text = name_of(s.method);
   switch (s.method) {
     case StudyMethod::photon: text += fmt::format(", {} photons, {} nearest", grouped(s.photons), s.nearest); break;
-    case StudyMethod::gather: text += fmt::format(", {} photons, {} nearest, {} samples", grouped(s.photons), s.nearest, s.samples); break;
-    case StudyMethod::path: text += fmt::format(", {} samples", s.samples); break;
+    case StudyMethod::gather: text += fmt::format(", {} photons, {} nearest, {} sample{}", grouped(s.photons), s.nearest, s.samples, s.samples == 1 ? "" : "s"); break;
+    case StudyMethod::path: text += fmt::format(", {} sample{}", s.samples, s.samples == 1 ? "" : "s"); break;
     case StudyMethod::ordinates: text += fmt::format(", {} cells, S{}", s.cells, s.order); break;
   }
   const bool maps = s.method == StudyMethod::photon || s.method == StudyMethod::gather;

@@ -47,7 +47,8 @@ struct StudyTraits {
 
 /// The lowest rung of a method's ladder. Rungs are factors of four in cost around the scene's own setting.
 StudySetting first_rung(const StudyTraits& traits, StudyMethod method);
-/// The main knobs of the method times `factor` (photons, and nearest with their power 4/7; paths; cells).
+/// The main knobs of the method times `factor`: photons, and nearest with their power 4/7; paths; cells; rays where nothing
+/// scatters, and elsewhere above the scene's own setting.
 StudySetting scaled(const StudyTraits& traits, StudySetting setting, double factor);
 inline constexpr double kRung = 4;
 
