@@ -18,7 +18,7 @@ namespace {
 constexpr int kPictures = 2;
 /// Of the time spent, what the reference gets; passes that its share is made of, and their time at least.
 constexpr double kReferenceShare = 1.0 / 3;
-constexpr double kReferencePasses = 16;
+constexpr double kReferencePasses = 32;
 constexpr double kShortPass_s = 0.3;
 /// The share that it gets while its error is more than so much of the least measured.
 constexpr double kPoorReference = 0.7, kPoorReferenceShare = 0.5;
@@ -44,6 +44,8 @@ constexpr double kTold = 0.35;
 constexpr int kTriesPerTarget = 2;
 /// Below this share of the lowest target no error is of interest.
 constexpr double kFarBelow = 0.5;
+/// How much more useful a method's first rung is than others of its time.
+constexpr double kWorthOfFirst = 50;
 /// How much a job of a method that is far from the best may be put back.
 constexpr double kLeastWorth = 0.2;
 /// Settings that have not been predicted, in seconds.
@@ -111,7 +113,8 @@ class Runs {
   struct Ladder {
     StudySetting next;
     std::vector<int> rungs;           ///< runs
-    std::set<int> varied;             ///< runs whose other knobs have been tried
+    int varying = -1;                 ///< the run around which other knobs are being tried
+    std::set<int> varied;             ///< runs around which they have been
     std::string ended;                ///< why there is no next rung; empty: there is
   };
 
@@ -307,6 +310,7 @@ class Runs {
 
   /// The other knobs, first around the best rung that leaves time for others; once more around the last best one.
   void vary(const Ladder& ladder, bool up, std::vector<Job>& jobs) const {
+    if (ladder.varying >= 0) return add_variations(ladder, ladder.varying, jobs);
     if (up && !ladder.varied.empty()) return;
     const int best = best_rung(ladder);
     for (auto rung = ladder.rungs.rbegin(); rung != ladder.rungs.rend(); ++rung) {
@@ -346,7 +350,7 @@ class Runs {
       Ladder& ladder = ladders_.at(method);
       if (refused(method)) continue;
       const bool up = ladder.ended.empty() && improves(ladder);
-      if (up && !measured(ladder.next)) jobs.push_back(job_of({{ladder.next, "ladder"}}, ladder.rungs.empty() ? 4 : 1));
+      if (up && !measured(ladder.next)) jobs.push_back(job_of({{ladder.next, "ladder"}}, ladder.rungs.empty() ? kWorthOfFirst : 1));
       if (ladder.rungs.size() >= kRungsFirst || (!up && !ladder.rungs.empty())) vary(ladder, up, jobs);
     }
     if (!refused(traits.given.method) && !measured(traits.given)) jobs.push_back(job_of({{given(), "scene"}}, 2));
@@ -514,6 +518,7 @@ class Runs {
     }
     std::vector<Job> open;
     add_variations(ladder, first.base, open);
+    ladder.varying = open.empty() ? -1 : first.base;
     if (open.empty()) ladder.varied.insert(first.base);
   }
 
