@@ -13,8 +13,9 @@ constexpr double kSureDepth = 2;
 
 }  // namespace
 
-DirectLight::DirectLight(const World& world, int interval, const RadianceParts& parts, bool roulette)
-    : world_(world), interval_(interval), air_(world.air_extinction(interval)), roulette_(roulette) {
+DirectLight::DirectLight(const World& world, int interval, const RadianceParts& parts, WorkCounts& work, bool roulette)
+    : world_(world), interval_(interval), work_(work), air_(world.air_extinction(interval)),
+      attenuates_(world.attenuates(interval)), masked_(!world.surfaces().empty()), roulette_(roulette) {
   suns_ = false;
   for (const Sun& sun : world.suns()) {
     suns_ = suns_ || (parts.sun && sun.irradiance[static_cast<std::size_t>(interval)] > 0);
@@ -87,7 +88,11 @@ void DirectLight::shoot_drawn(std::uint32_t owner, double weight, double density
 }
 
 void DirectLight::attenuate() {
-  if (roulette_) {
+  if (rays_.empty()) return;
+  if (attenuates_) work_[Work::extinction] += rays_.size();
+  if (!attenuates_) {
+    for (const Shadow& shadow : shadows_) arrived_.emplace_back(shadow.owner, shadow.radiance);
+  } else if (roulette_) {
     std::vector<Flight> flights(rays_.size());
     for (std::size_t s = 0; s < rays_.size(); ++s) flights[s] = {rays_[s], shadows_[s].last_depth};
     std::vector<FreePath> ends(flights.size());
@@ -116,8 +121,9 @@ void DirectLight::add_air() {
     flights.push_back({rays_[s], shadows_[s].target_depth});
     shadows.push_back(&shadows_[s]);
   }
+  work_[Work::atmosphere] += flights.size();
   std::vector<FreePath> ends(flights.size());
-  world_.reach_depths(interval_, flights, ends);
+  if (attenuates_) world_.reach_depths(interval_, flights, ends);
   for (std::size_t i = 0; i < flights.size(); ++i) {
     const double end = ends[i].collided ? ends[i].t : flights[i].ray.t_max;
     if (end == kInfinity) continue;

@@ -157,9 +157,10 @@ enum class Beyond {
 /// Shadow rays of many points, to be attenuated together.
 class DirectLight {
  public:
+  /// @param work      what is done adds to it
   /// @param roulette  deep shadow rays end by chance, so that each costs a few free paths at most: for paths,
   ///                  whose own chances are worse
-  DirectLight(const World& world, int interval, const RadianceParts& parts, bool roulette = false);
+  DirectLight(const World& world, int interval, const RadianceParts& parts, WorkCounts& work, bool roulette = false);
 
   bool empty(Beyond beyond = Beyond::map) const noexcept {
     return !suns_ && !faces_ && (beyond == Beyond::map ? !ambient_ && spheres_ == 0 : all_spheres_.empty() && beams_ == 0);
@@ -189,7 +190,8 @@ class DirectLight {
       double radiance = value * sun.irradiance[static_cast<std::size_t>(interval_)];
       if (beyond == Beyond::path && value > 0) radiance *= 1 / (1 + at.density(toward, value) * solid_angle(sun));
       const Ray ray{at.position(), toward, start(at), kInfinity};
-      if (radiance > 0 && !world_.blocked(ray, at.from(), stream)) shoot(owner, weight * radiance, ray, stream);
+      ++work_[Work::sun];
+      if (radiance > 0 && !blocked(ray, at.from(), stream)) shoot(owner, weight * radiance, ray, stream);
     }
   }
   bool suns() const noexcept { return suns_; }
@@ -201,17 +203,14 @@ class DirectLight {
   double face_found(const SurfacePoint& there, double t, double density) const noexcept;
   double sphere_found(const Vec3d& from, const SurfacePoint& there, double density) const noexcept;
 
-  /// Lets the clouds attenuate everything and adds it to the owners: add(owner, radiance). Returns the
-  /// number of rays.
+  /// Lets the clouds attenuate everything and adds it to the owners: add(owner, radiance).
   template <class Add>
-  std::size_t arrive(Add&& add) {
+  void arrive(Add&& add) {
     attenuate();
     for (const auto& [owner, radiance] : arrived_) add(owner, radiance);
-    const std::size_t count = rays_.size();
     rays_.clear();
     shadows_.clear();
     arrived_.clear();
-    return count;
   }
 
  private:
@@ -222,8 +221,9 @@ class DirectLight {
     const double value = at.value(toward);
     const double density = at.density(toward, value);
     Ray ray{at.position(), toward, start(at), kInfinity};
-    const SurfaceHit hit = world_.meet(ray, at.from(), stream);
+    const SurfaceHit hit = meet(ray, at.from(), stream);
     ray.t_max = hit.t;
+    if (sky_) ++work_[Work::sky];
     const double depth = air_ > 0 ? -std::log(stream.uniform()) : 0.0;
     const double share = drawn_share(value, density);
     if (share > 0) shoot_drawn(owner, weight * share, density, ray, hit, depth, stream);
@@ -235,6 +235,7 @@ class DirectLight {
     const double u = stream.uniform(), v = stream.uniform(), w = stream.uniform();
     const FaceLights& lights = world_.face_lights(interval_);
     const FaceLights::Place place = lights.sample(world_, u, v, w);
+    ++work_[Work::faces];
     const Vec3d way = place.position - at.position();
     const double distance = way.length();
     const Vec3d toward = distance > 0 ? way / distance : Vec3d(0);
@@ -244,7 +245,7 @@ class DirectLight {
     const double density = lights.density(world_, place.id) * distance * distance / cosine;
     const double emission = lights.emission(world_, place, cosine);
     const Ray ray{at.position(), toward, start(at), distance * (1 - 1e-10) - world_.surfaces().clearance()};
-    if (ray.t_max > ray.t_min && !world_.blocked(ray, at.from(), stream)) {
+    if (ray.t_max > ray.t_min && !blocked(ray, at.from(), stream)) {
       shoot(owner, weight * value * emission / (density + at.density(toward, value)) * air(distance), ray, stream);
     }
   }
@@ -257,11 +258,12 @@ class DirectLight {
     const double distance = to_center.length();
     const double u = stream.uniform(), v = stream.uniform();
     if (distance <= sphere.radius) return;
+    ++work_[Work::spheres];
     const auto [toward, solid_angle] = cone_direction(to_center / distance, sphere.radius / distance, u, v);
     const double value = at.value(toward);
     const double radiance = value * sphere.radiance[static_cast<std::size_t>(interval_)];
     Ray ray{at.position(), toward, start(at), kInfinity};
-    const SurfaceHit hit = world_.meet(ray, at.from(), stream);
+    const SurfaceHit hit = meet(ray, at.from(), stream);
     // At the very limb rounding may miss it: the ray then ends where the limb is.
     if (hit.exists() && hit.id.surface != world_.objects().size() + s && hit.t < distance) return;
     ray.t_max = std::min(hit.t, distance);
@@ -278,7 +280,8 @@ class DirectLight {
     const double radiance = at.value(-beam.direction) * beam.power[static_cast<std::size_t>(interval_)] /
                             (kPi * beam.radius * beam.radius);
     const Ray ray{at.position(), -beam.direction, start(at), along};
-    if (radiance > 0 && !world_.blocked(ray, at.from(), stream)) shoot(owner, weight * radiance * air(along), ray, stream);
+    ++work_[Work::beams];
+    if (radiance > 0 && !blocked(ray, at.from(), stream)) shoot(owner, weight * radiance * air(along), ray, stream);
   }
 
   template <class Scatterer>
@@ -290,6 +293,16 @@ class DirectLight {
     return 4 * kPi * sine * sine;
   }
 
+  SurfaceHit meet(const Ray& ray, FaceId from, Stream& stream) noexcept {
+    if (!masked_) return {};
+    ++work_[Work::masking];
+    return world_.meet(ray, from, stream);
+  }
+  bool blocked(const Ray& ray, FaceId from, Stream& stream) noexcept {
+    if (!masked_) return false;
+    ++work_[Work::masking];
+    return world_.blocked(ray, from, stream);
+  }
   double air(double distance) const noexcept { return air_ > 0 ? std::exp(-air_ * distance) : 1.0; }
   void shoot(std::uint32_t owner, double radiance, const Ray& ray, Stream& stream, double air_weight = 0,
              double target_depth = 0);
@@ -300,7 +313,10 @@ class DirectLight {
 
   const World& world_;
   int interval_;
+  WorkCounts& work_;
   double air_;
+  bool attenuates_;
+  bool masked_;
   bool roulette_;
   bool suns_;
   bool ambient_;  // sky, or the air's own light

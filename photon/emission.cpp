@@ -257,6 +257,19 @@ std::pair<Vec3d, double> PhotonEmitter::place_beyond(const Vec3d& toward, double
   return {across + (radius_ - (across - middle_).dot(toward)) * toward, density};
 }
 
+Work PhotonEmitter::work_of(Kind kind) noexcept {
+  switch (kind) {
+    case Kind::cloud: break;
+    case Kind::sun: return Work::photons_sun;
+    case Kind::sky: return Work::photons_sky;
+    case Kind::faces:
+    case Kind::lines: return Work::photons_faces;
+    case Kind::sphere: return Work::photons_spheres;
+    case Kind::beam: return Work::photons_beams;
+  }
+  return Work::photons_emission;
+}
+
 EmittedPhoton PhotonEmitter::emit(const std::array<double, 8>& u, Cache& cache) const noexcept {
   assert(!sources_.empty());
   double rest = u[0];
@@ -271,6 +284,7 @@ EmittedPhoton PhotonEmitter::emit(const std::array<double, 8>& u, Cache& cache) 
     case Kind::sphere: photon = from_sphere(source.index, u); break;
     case Kind::beam: photon = from_beam(source.index, u); break;
   }
+  photon.work = work_of(source.kind);
   // Chosen with probability chance / sum of chances; the source's own photon carries all its power.
   photon.power *= cumulative_.back() / source.chance;
   return photon;

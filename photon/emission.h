@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "photon/directions.h"
+#include "photon/work.h"
 #include "photon/world.h"
 
 namespace obscura {
@@ -30,6 +31,7 @@ struct EmittedPhoton {
   bool in_direct_set = false;  ///< of a source that the sensor pass integrates directly
   bool from_beyond = false;    ///< of sun, moon or sky, which are given as they arrive at the scene
   FaceId from;                 ///< of an object or hot sphere that it leaves
+  Work work = Work::photons_emission;  ///< what it counts as
 };
 
 /// The sources of one interval. Immutable and thread-safe.
@@ -100,6 +102,7 @@ class PhotonEmitter {
     double emitted = 0;              // W
   };
 
+  static Work work_of(Kind kind) noexcept;
   Blocks sum_blocks(int cloud) const;
   void make_faces(const Box3d& around);
   void make_targets();

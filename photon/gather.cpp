@@ -13,17 +13,17 @@ constexpr double kFaint = 0.1;
 }  // namespace
 
 Gather::Gather(const World& world, int interval, const PhotonMaps* maps, const RadianceSettings& settings,
-               DirectLight& direct)
-    : world_(world), interval_(interval), maps_(maps), settings_(settings), direct_(direct),
-      air_(world.air_extinction(interval)), sky_(settings.parts.sky ? world.sky(interval) : 0.0),
+               DirectLight& direct, RadianceCounts& counts)
+    : world_(world), interval_(interval), maps_(maps), settings_(settings), direct_(direct), counts_(counts),
+      air_(world.air_extinction(interval)), attenuates_(world.attenuates(interval)), sky_(settings.parts.sky ? world.sky(interval) : 0.0),
       emits_(settings.parts.emission && (world.emits(interval) || air_ > 0)),
       only_(world.only_medium(interval)),
       source_(air_ > 0 ? std::nullopt : world.uniform_source(interval)) {}
 
-void Gather::finish(std::span<Incoming> incoming, RadianceCounts& counts) {
+void Gather::finish(std::span<Incoming> incoming) {
   incoming_ = incoming;
   while (!legs_.empty()) fly();
-  counts_.shadow_rays += direct_.arrive([this](std::uint32_t path, double radiance) { paths_[path].direct += radiance; });
+  direct_.arrive([this](std::uint32_t path, double radiance) { paths_[path].direct += radiance; });
 
   // The sum of a ray's paths, and its variance from their scatter.
   for (std::size_t first = 0, end; first < paths_.size(); first = end) {
@@ -43,8 +43,6 @@ void Gather::finish(std::span<Incoming> incoming, RadianceCounts& counts) {
     if (n > 1) incoming[owner].variance += std::max(0.0, n * squares - sum * sum) / (n - 1);
   }
   paths_.clear();
-  counts += counts_;
-  counts_ = {};
 }
 
 bool Gather::survives(Leg& leg) const noexcept {
@@ -56,23 +54,28 @@ bool Gather::survives(Leg& leg) const noexcept {
 }
 
 void Gather::fly() {
+  const bool masked = !world_.surfaces().empty();
   std::vector<Flight> flights;
   std::vector<SurfaceHit> hits;
   flights.reserve(legs_.size());
   hits.reserve(legs_.size());
   for (Leg& leg : legs_) {
-    hits.push_back(world_.meet(leg.ray, leg.from, leg.stream));
+    hits.push_back(masked ? world_.meet(leg.ray, leg.from, leg.stream) : SurfaceHit());
     leg.ray.t_max = hits.back().t;
     flights.push_back({leg.ray, -std::log(leg.stream.uniform())});
   }
   std::vector<FreePath> ends(legs_.size());
-  world_.reach_depths(interval_, flights, ends);
-  counts_.gather_rays += legs_.size();
+  if (attenuates_) world_.reach_depths(interval_, flights, ends);
+  counts_.work[Work::gather] += legs_.size();
+  if (attenuates_) counts_.work[Work::extinction] += legs_.size();
+  if (masked) counts_.work[Work::masking] += legs_.size();
+  if (air_ > 0) counts_.work[Work::atmosphere] += legs_.size();
+  if (emits_ && world_.emits(interval_)) counts_.work[Work::emission] += legs_.size();
 
   next_.clear();
   for (std::size_t i = 0; i < legs_.size(); ++i) end_flight(legs_[i], flights[i], ends[i], hits[i]);
   legs_.swap(next_);
-  counts_.shadow_rays += direct_.arrive([this](std::uint32_t path, double radiance) { paths_[path].direct += radiance; });
+  direct_.arrive([this](std::uint32_t path, double radiance) { paths_[path].direct += radiance; });
 }
 
 void Gather::end_flight(Leg& leg, const Flight& flight, FreePath& end, const SurfaceHit& hit) {
@@ -94,11 +97,13 @@ void Gather::end_flight(Leg& leg, const Flight& flight, FreePath& end, const Sur
     return;
   }
   if (!hit.exists()) {
+    if (sky_ > 0) ++counts_.work[Work::sky];
     double beyond = sky_;
     if (leg.discs) beyond += direct_.discs_found(leg.ray.direction, leg.density);
     direct += leg.weight * beyond;
     return;
   }
+  ++counts_.work[Work::surfaces];
   const SurfacePoint at = world_.surface_at(interval_, leg.ray, hit);
   const double seen = leg.weight * air(hit.t);
   if (hit.id.surface >= world_.objects().size()) {
@@ -133,6 +138,7 @@ void Gather::scatter(Leg& leg, double weight, const Scatterer& at) {
     if (!maps_ || !settings_.parts.map) return;
     const Vec3d key(leg.stream.uniform(), leg.stream.uniform(), leg.points);
     const Estimate estimate = map_light(world_, interval_, *maps_, at, settings_.gather, key);
+    ++counts_.work[Work::map];
     counts_.anomalies += estimate.anomaly;
     Path& path = paths_[leg.path];
     Incoming& in = incoming_[path.owner];
@@ -167,6 +173,7 @@ void Gather::reflect(Leg& leg, double weight, const SurfacePoint& at) {
   leg.from = at.id;
   leg.density = kInfinity;
   leg.discs = exact;
+  ++counts_.work[Work::specular];
   if (survives(leg)) next_.push_back(leg);
 }
 

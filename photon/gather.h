@@ -15,7 +15,9 @@ namespace obscura::detail {
 class Gather {
  public:
   /// @param direct  holds the shadow rays of all points; it owns sums by path
-  Gather(const World& world, int interval, const PhotonMaps* maps, const RadianceSettings& settings, DirectLight& direct);
+  /// @param counts  what is done adds to them
+  Gather(const World& world, int interval, const PhotonMaps* maps, const RadianceSettings& settings, DirectLight& direct,
+         RadianceCounts& counts);
 
   /// A path for light that scatters into a camera ray: all that it brings adds to that ray.
   std::uint32_t add_path(std::uint32_t owner) {
@@ -32,7 +34,7 @@ class Gather {
   }
 
   /// Follows all paths to their ends and adds what they bring to their rays.
-  void finish(std::span<Incoming> incoming, RadianceCounts& counts);
+  void finish(std::span<Incoming> incoming);
 
  private:
   struct Path {
@@ -87,7 +89,9 @@ class Gather {
   const PhotonMaps* maps_;
   const RadianceSettings& settings_;
   DirectLight& direct_;
+  RadianceCounts& counts_;
   double air_;
+  bool attenuates_;
   double sky_;
   bool emits_;
   const CloudOptics::Part* only_;
@@ -95,7 +99,6 @@ class Gather {
   std::vector<Path> paths_;
   std::vector<Leg> legs_, next_;
   std::span<Incoming> incoming_;
-  RadianceCounts counts_;
 };
 
 }  // namespace obscura::detail

@@ -42,7 +42,7 @@ void refuse_unfit(const World& world, std::span<const FluxRectangle> rectangles)
 
 /// Photons of each group of sources by what they leave in the maps: as many as make the sum's noise least,
 /// which is in proportion to the root mean square of what one of them stores. A few of each tell.
-void share_photons(const World& world, PhotonEmitter& emitter, const TraceSettings& settings) {
+void share_photons(const World& world, PhotonEmitter& emitter, const TraceSettings& settings, WorkCounts& work) {
   const std::uint64_t pilots = std::clamp<std::uint64_t>(settings.photons / 50, 4096, 65536);
   constexpr double kLeast = 0.01;  // of the largest: a source may store late what the pilot has not seen
   if (emitter.group_count() < 2 || settings.photons < 4 * pilots) return;
@@ -53,6 +53,7 @@ void share_photons(const World& world, PhotonEmitter& emitter, const TraceSettin
   std::vector<double> shares;
   for (std::size_t g = 0; g < emitter.group_count(); ++g) {
     const TraceResult traced = trace_photons(world, emitter.only(g), pilot);
+    work += traced.work;
     double squares = 0;
     for (const std::vector<Photon>* photons : {&traced.photons, &traced.surface_photons}) {
       for (const Photon& photon : *photons) squares += static_cast<double>(photon.power) * static_cast<double>(photon.power);
@@ -126,12 +127,13 @@ Light trace_light(const World& world, const TraceSettings& settings,
       share.photons = std::max<std::uint64_t>(
           1, static_cast<std::uint64_t>(std::llround(part * static_cast<double>(settings.photons))));
     }
-    share_photons(world, emitter, share);
+    share_photons(world, emitter, share, light.work);
     TraceResult traced = trace_photons(world, emitter, share, rectangles, progress);
     BandLight& band = light.bands[b];
     band.energy += traced.energy;
     for (std::size_t r = 0; r < rectangles.size(); ++r) band.flux[r] += traced.flux[r];
     light.emitted += traced.emitted;
+    light.work += traced.work;
     light.stored += traced.photons.size() + traced.surface_photons.size();
     light.dropped_W += traced.dropped_W;
     light.anomalies += traced.anomalies;

@@ -19,6 +19,7 @@ struct Light {
   std::vector<BandLight> bands;
   std::uint64_t emitted = 0;       ///< number of photons
   std::uint64_t stored = 0;
+  WorkCounts work;                 ///< trial runs included, which are not in `emitted`
   std::uint64_t bytes = 0;         ///< of the maps
   double dropped_W = 0;            ///< collisions below photon_power_min, not stored
   std::uint64_t anomalies = 0;

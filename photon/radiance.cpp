@@ -53,8 +53,9 @@ class Pass {
   Pass(const World& world, int interval, const PhotonMaps* maps, const RadianceSettings& settings,
        std::span<const Ray> rays, std::span<const std::uint64_t> histories, std::span<Incoming> incoming)
       : world_(world), interval_(interval), maps_(maps), settings_(settings), rays_(rays),
-        histories_(histories), incoming_(incoming), air_(world.air_extinction(interval)),
-        direct_(world, interval, settings.parts, settings.gather_bounces > 0), gather_(world, interval, maps, settings, direct_),
+        histories_(histories), incoming_(incoming), air_(world.air_extinction(interval)), attenuates_(world.attenuates(interval)),
+        direct_(world, interval, settings.parts, counts_.work, settings.gather_bounces > 0),
+        gather_(world, interval, maps, settings, direct_, counts_),
         beyond_(gather_.wanted() ? detail::Beyond::path : detail::Beyond::map),
         narrowest_spot_(narrowest_spot()) {
     counts_.rays = rays.size();
@@ -67,7 +68,7 @@ class Pass {
       legs_.push_back({rays_[i], static_cast<std::uint32_t>(i), 1.0, {}, settings_.parts.sun_disc, {}, settings_.footprint});
     }
     for (bounce_ = 0; !legs_.empty(); ++bounce_) {
-      find_surfaces();
+      if (!world_.surfaces().empty()) find_surfaces();
       attenuate();
       if (settings_.parts.background) add_background();
       if (settings_.parts.emission) add_emission();
@@ -79,18 +80,19 @@ class Pass {
       std::vector<Leg> mirrored;
       if (world_.surfaces_reflect(interval_)) reflect(mirrored);
       if (!gather_.wanted()) {
-        counts_.shadow_rays += direct_.arrive([this](std::uint32_t ray, double light) { incoming_[ray].direct += light; });
+        direct_.arrive([this](std::uint32_t ray, double light) { incoming_[ray].direct += light; });
       }
-      counts_.mirror_rays += mirrored.size();
+      counts_.work[Work::specular] += mirrored.size();
       legs_ = std::move(mirrored);
     }
-    if (gather_.wanted()) gather_.finish(incoming_, counts_);
+    if (gather_.wanted()) gather_.finish(incoming_);
     for (Incoming& in : incoming_) drop_anomalies(in);
     return counts_;
   }
 
  private:
   void find_surfaces() {
+    counts_.work[Work::masking] += legs_.size();
     for (Leg& leg : legs_) {
       Stream stream = stream_of(leg, kMeetStep);
       leg.hit = world_.meet(leg.ray, leg.from, stream);
@@ -100,6 +102,14 @@ class Pass {
   }
 
   void attenuate() {
+    if (air_ > 0) counts_.work[Work::atmosphere] += legs_.size();
+    if (!attenuates_) {
+      for (const Leg& leg : legs_) {
+        if (bounce_ == 0) incoming_[leg.owner].transmission_air = air(leg.ray.t_max);
+      }
+      return;
+    }
+    counts_.work[Work::extinction] += legs_.size();
     std::vector<Ray> rays;
     rays.reserve(legs_.size());
     for (Leg& leg : legs_) {
@@ -151,6 +161,7 @@ class Pass {
     for (const Leg& leg : legs_) {
       double behind;
       if (leg.hit.exists()) {
+        ++counts_.work[Work::surfaces];
         const SurfacePoint at = world_.surface_at(interval_, leg.ray, leg.hit);
         behind = at.emission(at.cosine);
         if (air_ > 0) behind = air(leg.hit.t) * behind + (1 - air(leg.hit.t)) * world_.air_radiance(interval_);
@@ -163,14 +174,17 @@ class Pass {
   }
 
   void add_emission() {
-    if (!world_.emits(interval_) && !(air_ > 0)) return;
+    const bool emits = world_.emits(interval_);
+    if (!emits && !(air_ > 0)) return;
     const std::optional<double> source = air_ > 0 ? std::nullopt : world_.uniform_source(interval_);
     for (const Leg& leg : legs_) {
       if (leg.coarse) {
+        counts_.work[Work::emission] += emits;
         incoming_[leg.owner].direct += leg.weight * leg.emission;
         continue;
       }
       if (leg.depth <= 0 && !world_.glows(interval_)) continue;
+      counts_.work[Work::emission] += emits;
       incoming_[leg.owner].direct +=
           leg.weight * (source ? *source * one_minus_exp(leg.depth)
                                : detail::light_along(world_, interval_, leg.ray));
@@ -209,7 +223,7 @@ class Pass {
       points_[kept++] = point;
     }
     points_.resize(kept);
-    counts_.scattering_points += kept;
+    counts_.work[Work::scattering] += kept;
   }
 
   void add_direct_light() {
@@ -250,6 +264,7 @@ class Pass {
   void reflect(std::vector<Leg>& mirrored) {
     for (const Leg& leg : legs_) {
       if (!leg.hit.exists()) continue;
+      ++counts_.work[Work::surfaces];
       const SurfacePoint at = world_.surface_at(interval_, leg.ray, leg.hit);
       if (!at.reflects()) continue;
       const MaterialOptics& material = *at.material;
@@ -261,7 +276,7 @@ class Pass {
         const double share = weight * (1 - specular);
         const int paths = gather_.wanted() ? std::clamp(settings_.points, 1, kMostPoints) : 1;
         for (int k = 0; k < paths; ++k) light(leg, kReflectStep + k, share / paths, SurfaceScatterer(at), 0);
-        if (!gather_.wanted() && settings_.parts.map && maps_) {
+        if (!gather_.wanted() && settings_.parts.map && maps_ && maps_->surface.size() > 0) {
           add(leg.owner, share, map_light(world_, interval_, *maps_, SurfaceScatterer(at), settings_.gather, key_of(leg)));
         }
       }
@@ -281,6 +296,7 @@ class Pass {
   }
 
   void add(std::uint32_t owner, double weight, const Estimate& estimate) {
+    ++counts_.work[Work::map];
     counts_.anomalies += estimate.anomaly;
     Incoming& in = incoming_[owner];
     for (std::size_t b = 0; b < in.map.size(); ++b) in.map[b] += weight * estimate.batch[b];
@@ -323,6 +339,8 @@ class Pass {
   std::span<const std::uint64_t> histories_;
   std::span<Incoming> incoming_;
   double air_;
+  bool attenuates_;
+  RadianceCounts counts_;  // the next two count into it
   detail::DirectLight direct_;
   detail::Gather gather_;
   detail::Beyond beyond_;
@@ -330,7 +348,6 @@ class Pass {
   int bounce_ = 0;
   std::vector<Leg> legs_;
   std::vector<ScatteringPoint> points_;
-  RadianceCounts counts_;
 };
 
 }  // namespace
@@ -349,6 +366,7 @@ RadianceCounts incoming_radiance(const World& world, int interval, const PhotonM
                    incoming.subspan(first, count))
                   .run();
   }
+  if (world.interval(interval).interval > 0) counts.work[Work::spectral] += rays.size();
   return counts;
 }
 

@@ -11,6 +11,7 @@
 #include "photon/density.h"
 #include "photon/footprint.h"
 #include "photon/photon_map.h"
+#include "photon/work.h"
 #include "photon/world.h"
 
 namespace obscura {
@@ -72,20 +73,14 @@ struct Incoming {
 /// What the pass did; anomalies are numbers that should never be: they are left out and counted.
 struct RadianceCounts {
   std::uint64_t rays = 0;
-  std::uint64_t scattering_points = 0;
-  std::uint64_t mirror_rays = 0;
-  std::uint64_t shadow_rays = 0;
-  std::uint64_t gather_rays = 0;  ///< flights of gathered light
   std::uint64_t anomalies = 0;
-  FootprintCounts footprint;      ///< legs that were walked with one
+  WorkCounts work;
+  FootprintCounts footprint;  ///< legs that were walked with one
 
   RadianceCounts& operator+=(const RadianceCounts& other) noexcept {
     rays += other.rays;
-    scattering_points += other.scattering_points;
-    mirror_rays += other.mirror_rays;
-    shadow_rays += other.shadow_rays;
-    gather_rays += other.gather_rays;
     anomalies += other.anomalies;
+    work += other.work;
     footprint += other.footprint;
     return *this;
   }

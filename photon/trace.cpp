@@ -72,6 +72,7 @@ struct ChunkResult {
   std::vector<Photon> surface_photons;
   EnergyTally energy;
   std::vector<FluxTally> flux;
+  WorkCounts work;
   double dropped_W = 0;
   std::uint64_t emitted = 0;
   std::uint64_t anomalies = 0;
@@ -91,7 +92,8 @@ class Chunk {
   Chunk(const World& world, const PhotonEmitter& emitter, const TraceSettings& settings,
         std::span<const FluxRectangle> rectangles, std::size_t batch, ChunkResult& result)
       : world_(world), interval_(emitter.interval()), focus_(emitter.focus()), settings_(settings),
-        rectangles_(rectangles), batch_(batch), result_(result) {}
+        rectangles_(rectangles), batch_(batch), air_(world.air_extinction(interval_)),
+        attenuates_(world.attenuates(interval_)), masked_(!world.surfaces().empty()), result_(result) {}
 
   /// Follows them to their ends.
   void run(std::vector<History> active) {
@@ -105,12 +107,15 @@ class Chunk {
       for (History& history : active) {
         Ray ray{history.position, history.direction, history.from.exists() ? world_.surfaces().clearance() : 0.0,
                 kInfinity};
-        hits.push_back(world_.meet(ray, history.from, history.stream));
+        hits.push_back(masked_ ? world_.meet(ray, history.from, history.stream) : SurfaceHit());
         ray.t_max = hits.back().t;
         flights.push_back({ray, -std::log(history.stream.uniform())});
       }
       ends.resize(flights.size());
-      world_.reach_depths(interval_, flights, ends);
+      if (attenuates_) world_.reach_depths(interval_, flights, ends);
+      if (attenuates_) result_.work[Work::extinction] += flights.size();
+      if (masked_) result_.work[Work::masking] += flights.size();
+      if (air_ > 0) result_.work[Work::atmosphere] += flights.size();
 
       std::size_t kept = 0;
       for (std::size_t i = 0; i < active.size(); ++i) {
@@ -131,10 +136,9 @@ class Chunk {
     if (end.collided) local = world_.at_collision(interval_, flight, end);
     double t = end.collided ? end.t : hit.t;
     // The air may have taken it before; what comes from beyond is given as it arrives.
-    const double air = world_.air_extinction(interval_);
     bool lost_in_air = false;
-    if (air > 0 && !history.from_beyond) {
-      const double t_air = -std::log(history.stream.uniform()) / air;
+    if (air_ > 0 && !history.from_beyond) {
+      const double t_air = -std::log(history.stream.uniform()) / air_;
       lost_in_air = t_air < t;
       t = std::min(t, t_air);
     }
@@ -157,6 +161,7 @@ class Chunk {
   }
 
   bool collide(History& history, const LocalOptics& local) {
+    ++result_.work[Work::collisions];
     const bool deep = settings_.scattering_depth && history.collisions >= *settings_.scattering_depth;
     // Store, unless the sensor pass integrates this light itself.
     if (!history.in_direct_set && !deep) {
@@ -189,6 +194,7 @@ class Chunk {
   }
 
   bool land(History& history, const SurfacePoint& at) {
+    ++result_.work[Work::surfaces];
     EnergyTally& energy = result_.energy;
     if (!at.reflects()) {
       energy.surface[batch_] += history.power;
@@ -215,6 +221,7 @@ class Chunk {
       return false;
     }
     if (history.stream.uniform() < at.material->specular()) {
+      ++result_.work[Work::specular];
       bool exact;
       history.direction =
           mirror_direction(history.direction, at.normal, at.material->roughness(), history.stream, exact);
@@ -280,6 +287,9 @@ class Chunk {
   const TraceSettings& settings_;
   std::span<const FluxRectangle> rectangles_;
   std::size_t batch_;
+  double air_;
+  bool attenuates_;
+  bool masked_;
   ChunkResult& result_;
   Stored collided_, landed_;
 };
@@ -353,6 +363,7 @@ TraceResult trace_photons(const World& world, const PhotonEmitter& emitter, cons
         }
         part.energy.emitted[batch] += power;
         ++part.emitted;
+        ++part.work[photon.work];
         if (power == 0) continue;
         histories.push_back({photon.position, photon.direction, power, photon.in_direct_set, photon.from_beyond,
                              photon.from, 0, 0, static_cast<std::uint32_t>(histories.size()),
@@ -374,11 +385,13 @@ TraceResult trace_photons(const World& world, const PhotonEmitter& emitter, cons
         result.flux[r] += part.flux[r];
       }
       result.emitted += part.emitted;
+      result.work += part.work;
       result.dropped_W += part.dropped_W;
       result.anomalies += part.anomalies;
     }
     first += count;
   }
+  if (world.interval(interval).interval > 0) result.work[Work::spectral] += result.emitted;
   result.partial = cancelled;
   return result;
 }

@@ -10,6 +10,7 @@
 #include "photon/emission.h"
 #include "photon/flux.h"
 #include "photon/photon.h"
+#include "photon/work.h"
 #include "photon/world.h"
 
 namespace obscura {
@@ -43,6 +44,7 @@ struct TraceResult {
   EnergyTally energy;
   std::vector<FluxTally> flux;    ///< one per rectangle
   std::uint64_t emitted = 0;      ///< number of photons
+  WorkCounts work;
   double dropped_W = 0;           ///< power of what was not stored, below photon_power_min
   std::uint64_t anomalies = 0;    ///< non-finite or impossible values met (and left out)
   bool partial = false;           ///< cancelled before the end

@@ -316,6 +316,15 @@ double World::extinction_in_map(int interval, const Vec3d& point) const noexcept
   return extinction;
 }
 
+bool World::attenuates(int interval) const noexcept {
+  for (int c = 0; c < cloud_count(); ++c) {
+    for (const CloudOptics::Part& part : optics(c, interval).parts()) {
+      if (part.extinction > 0) return true;
+    }
+  }
+  return false;
+}
+
 bool World::scatters(int interval) const noexcept {
   for (int c = 0; c < cloud_count(); ++c) {
     if (optics(c, interval).scatters()) return true;

@@ -157,6 +157,8 @@ class World {
   /// Side vectors of the periodic cell in world metres; zero where not periodic.
   const std::array<Vec3d, 2>& period() const noexcept { return period_; }
 
+  /// A cloud absorbs or scatters.
+  bool attenuates(int interval) const noexcept;
   bool scatters(int interval) const noexcept;
   bool emits(int interval) const noexcept;
   /// A cloud emits without absorbing.

@@ -134,7 +134,7 @@ struct Tally {
   }
   void add(const RadianceCounts& counts) {
     anomalies += counts.anomalies;
-    work += counts.rays + counts.scattering_points;
+    work += counts.rays + counts.work[Work::scattering];
   }
 };
 

@@ -109,6 +109,7 @@ std::string to_json(const Report& report) {
   json["memory"] = {{"peak_MiB", number(report.peak_MiB)}};
   json["time_s"] = members(report.time_s);
   json["rays"] = members(report.rays);
+  json["work"] = members(report.work);
   json["anomalies"] = members(report.anomalies);
   json["probes"] = Json::array();
   for (const ProbeReport& probe : report.probes) {

@@ -116,6 +116,7 @@ struct Report {
   double peak_MiB = 0;
   std::vector<std::pair<std::string, double>> time_s;            ///< per stage
   std::vector<std::pair<std::string, std::uint64_t>> rays;       ///< per criterion
+  std::vector<std::pair<std::string, std::uint64_t>> work;       ///< how often the code of each effect ran
   std::vector<std::pair<std::string, std::uint64_t>> anomalies;  ///< per kind, none where empty
   std::vector<ProbeReport> probes;
   std::vector<FluxReport> flux;

@@ -141,6 +141,11 @@ Report make_report(const Description& scene, const Session& session, const Light
   const FootprintCounts& footprint = rendered.counts.footprint;
   report.footprint = {footprint.rays, footprint.segments, footprint.coarse, footprint.voxels, footprint.error_bound};
   report.rays = ray_report(rendered.rays);
+  WorkCounts work = light.work;
+  work += rendered.counts.work;
+  for (std::size_t w = 0; w < kWorkNames.size(); ++w) {
+    report.work.emplace_back(kWorkNames[w], work[static_cast<Work>(w)]);
+  }
   report.anomalies = {{"photons", light.anomalies},
                       {"radiance", rendered.counts.anomalies},
                       {"film", rendered.film.anomalies()}};
@@ -262,7 +267,7 @@ RunResult run_scene(const Description& scene, const RunOptions& options, const P
   result.report.peak_MiB = peak_memory_MiB();
   std::uint64_t anomalies = 0;
   for (const auto& [kind, count] : result.report.anomalies) anomalies += count;
-  const std::uint64_t work = light.emitted + rendered.counts.rays + rendered.counts.scattering_points;
+  const std::uint64_t work = light.emitted + rendered.counts.rays + rendered.counts.work[Work::scattering];
   if (static_cast<double>(anomalies) > 1e-6 * static_cast<double>(work)) {
     result.failure = std::to_string(anomalies) + " impossible values in " + std::to_string(work) +
                      " rays and photons: more than one in a million";

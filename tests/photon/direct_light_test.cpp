@@ -18,7 +18,8 @@ namespace {
 /// What `count` askings of all sources add up to at a point, each on its own.
 template <class Scatterer>
 Moments asked(const World& world, const Scatterer& at, int count, const RadianceParts& parts = {}) {
-  DirectLight light(world, 0, parts);
+  WorkCounts work;
+  DirectLight light(world, 0, parts, work);
   std::vector<Incoming> incoming(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {
     Stream stream(1, static_cast<std::uint64_t>(i), 1);
@@ -193,8 +194,9 @@ TEST_CASE("parts that are off give nothing", "[photon][direct_light]") {
   const World world(lit_floor(2));
   RadianceParts parts;
   parts.surfaces = false;
-  CHECK(DirectLight(world, 0, parts).empty());
-  CHECK_FALSE(DirectLight(world, 0, RadianceParts{}).empty());
+  WorkCounts work;
+  CHECK(DirectLight(world, 0, parts, work).empty());
+  CHECK_FALSE(DirectLight(world, 0, RadianceParts{}, work).empty());
   CHECK(asked(world, SurfaceScatterer(seen(world, {0, 0, 1}, {0, 0, -1})), 100, parts).mean() == 0);
 }
 

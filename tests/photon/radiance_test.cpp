@@ -245,8 +245,8 @@ TEST_CASE("the map's part is the in-scattered light of its photons", "[photon][r
   CHECK(in.direct == 0);
   CHECK(*std::min_element(in.map.begin(), in.map.end()) < *std::max_element(in.map.begin(), in.map.end()));
   CHECK(counts.rays == 1);
-  CHECK(counts.scattering_points > 0);
-  CHECK(counts.shadow_rays == 0);
+  CHECK(counts.work[Work::scattering] > 0);
+  for (const Work towards : {Work::sun, Work::sky, Work::faces, Work::spheres, Work::beams}) CHECK(counts.work[towards] == 0);
   CHECK(counts.anomalies == 0);
 }
 

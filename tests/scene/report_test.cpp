@@ -24,6 +24,7 @@ Report example() {
   report.peak_MiB = 12.5;
   report.time_s = {{"tracing", 0.1 + 0.2}};
   report.rays = {{"base", 64}};
+  report.work = {{"emission", 12}};
   report.probes = {{"p", {{"lwir", {1.5, std::nan("")}}}}};
   report.flux = {{"top", {{"lwir", {2, 1, 0.1}}}}};
   report.warnings = {"the file \xff is odd"};
@@ -57,6 +58,7 @@ TEST_CASE("the report holds what SCENE.md lists", "[scene][report]") {
   CHECK(json["footprint"]["error_bound"] == 2e-4);
   CHECK(json["memory"]["peak_MiB"] == 12.5);
   CHECK(json["rays"]["base"] == 64);
+  CHECK(json["work"]["emission"] == 12);
   CHECK(json["anomalies"].is_object());
   CHECK(json["probes"][0]["name"] == "p");
   CHECK(json["probes"][0]["lwir"]["fluence"] == 1.5);
