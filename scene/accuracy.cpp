@@ -15,8 +15,8 @@ constexpr double kNinetyFive = 1.96;
 constexpr double kSlowPass = 1.1;
 /// Above this share of the target a bias leaves noise too little room.
 constexpr double kMostBias = 0.9;
-/// Photons of a pass grow by this where their bias stands in the way, up to so many.
-constexpr std::uint64_t kMorePhotons = 8, kMostPhotons = 20000000;
+/// Photons of a pass grow by this where their bias stands in the way.
+constexpr std::uint64_t kMorePhotons = 8;
 
 /// What the passes so far know about their mean.
 struct Known {
@@ -101,9 +101,9 @@ class Passes {
 };
 
 /// Another way where the bias of this one stands above the target; none: there is none.
-std::optional<Recipe> less_biased(const Recipe& recipe, const Description& wish, const Pilot& pilot) {
+std::optional<Recipe> less_biased(const Recipe& recipe, const Description& wish, const AccuracyGoal& goal, const Pilot& pilot) {
   Recipe other = recipe;
-  if (recipe.photons * kMorePhotons <= kMostPhotons) {
+  if (recipe.photons * kMorePhotons <= goal.most_photons) {
     other.photons *= kMorePhotons;
     return other;
   }
@@ -140,7 +140,7 @@ AccurateImage render_to_goal(Session& session, const AccuracyGoal& goal, const R
     } else if (goal.time_limit_s && clock() + kSlowPass * passes.longest_s > *goal.time_limit_s) {
       accuracy.ended = "time";
     } else if (target > 0 && std::sqrt(known.least_bias) + goal.dropped > kMostBias * target) {
-      if (const auto other = less_biased(accuracy.recipe, wish, pilot)) {
+      if (const auto other = less_biased(accuracy.recipe, wish, goal, pilot)) {
         passes.begin(*other);
       } else {
         accuracy.ended = "bias";

@@ -14,9 +14,8 @@ namespace {
 constexpr int kTileShare = 8, kFewestTiles = 4, kMostTiles = 24;
 /// Samples of the two trials that a model is fitted to.
 constexpr int kFewSamples = 8, kMoreSamples = 32;
-/// Photons of a trial, and most of a pass.
+/// Photons of a trial.
 constexpr std::uint64_t kTrialPhotons = 100000;
-constexpr double kMostPhotons = 2e7;
 /// Trials take no longer than this share of what the best way so far is going to take, or this long.
 constexpr double kTrialShare = 0.15, kShortTrials_s = 0.1;
 /// Least share of a measurement that a fit gives to each of its two terms.
@@ -86,8 +85,9 @@ class Trials {
     } else {
       // The cheapest to try goes first: what it promises bounds what may be spent on the others.
       if (may_path) try_samples({MethodKind::path, false, 0, kFewSamples, RayStyle::uniform});
-      if (may_plain) try_samples({MethodKind::photon, false, kTrialPhotons, kFewSamples, RayStyle::uniform});
-      if (may_gather) try_samples({MethodKind::photon, true, kTrialPhotons, kFewSamples, RayStyle::uniform});
+      const std::uint64_t photons = std::min(kTrialPhotons, goal_.most_photons);
+      if (may_gather) try_samples({MethodKind::photon, true, photons, kFewSamples, RayStyle::uniform});
+      if (may_plain) try_samples({MethodKind::photon, false, photons, kFewSamples, RayStyle::uniform});
       if (best_.trials.empty()) throw *refusal_;
       if (wish_.sensor.antialiasing.adaptive()) try_style(RayStyle::wish);
     }
@@ -207,7 +207,7 @@ class Trials {
     Score best_of_trial;
     const std::uint64_t photons = recipe.photons;
     for (double times = 1; times <= 256; times *= 2) {
-      if (times > 1 && (recipe.method != MethodKind::photon || !vary_photons || static_cast<double>(photons) * times > kMostPhotons)) break;
+      if (times > 1 && (recipe.method != MethodKind::photon || !vary_photons || static_cast<double>(photons) * times > static_cast<double>(goal_.most_photons))) break;
       RecipeModel model = measured;
       model.least_samples = recipe.rays == RayStyle::uniform ? kUniformRays : 1;
       model.map_s *= times;
