@@ -152,6 +152,12 @@ AccurateImage render_to_goal(Session& session, const AccuracyGoal& goal, const R
   accuracy.high = passes.known.high;
   accuracy.noise = std::sqrt(passes.known.noise);
   accuracy.bias = std::sqrt(passes.known.bias);
+  if (accuracy.recipe.method == MethodKind::photon && accuracy.recipe.photons == 0 && !progress.cancelled()) {
+    // For the report: where light goes.
+    accuracy.recipe.photons = wish.render.photons;
+    apply(accuracy.recipe, wish, wish.render.seed, session);
+    passes.light.add_tallies(session.light(progress));
+  }
   result.rendered = std::move(*passes.image);
   result.light = std::move(passes.light);
   return result;

@@ -75,9 +75,9 @@ class Trials {
     const bool may_plain = may_map && wish_.render.final_gather.value_or(0) == 0;
 
     if (!scatters) {
+      // Photons would bring nothing.
       Recipe recipe;
       recipe.method = wish_.render.method;
-      recipe.photons = wish_.render.photons;
       for (const RayStyle rays : {RayStyle::wish, RayStyle::fine, RayStyle::uniform}) {
         recipe.rays = rays;
         try_rays(recipe);
