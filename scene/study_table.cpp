@@ -168,6 +168,10 @@ std::string study_markdown(const Study& study) {
     }
     text += '\n';
   }
+  text += fmt::format("\nTimes and memory are predicted for {} x {} pixels on {} thread{} from {} settings at {} x {}, World and photon map included. Reference: {}.\n",
+                      study.full_resolution[0], study.full_resolution[1], study.threads, study.threads == 1 ? "" : "s", study.runs.size(), study.resolution[0],
+                      study.resolution[1], reference_text(study));
+  for (const auto& [method, why] : study.refusals) text += fmt::format("Without {}: {}.\n", name_of(method), why);
   return text;
 }
 
