@@ -25,7 +25,7 @@ th:first-child, td:first-child { text-align: left; }
 .pictures { display: flex; flex-wrap: wrap; gap: 8px; margin: 8px 0; }
 .pictures img { image-rendering: pixelated; display: block; max-width: 100%; }
 svg { max-width: 100%; height: auto; }
-.plots { display: flex; flex-wrap: wrap; gap: 16px; }
+.plots { display: flex; flex-wrap: wrap; gap: 20px; margin-top: 20px; }
 code { font-size: 12px; overflow-wrap: anywhere; } details { margin: 4px 0; } summary { cursor: pointer; }
 td.words { white-space: normal; text-align: left; min-width: 16rem; }
 figure { margin: 0; } figcaption { color: var(--faint); font-size: 13px; }

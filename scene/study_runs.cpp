@@ -36,10 +36,14 @@ constexpr double kWorthTaking = 0.85;
 constexpr std::size_t kRungsFirst = 3;
 /// Of the budget, what a method's other knobs may take at a time.
 constexpr double kVariationsShare = 0.12;
+/// Error above which other knobs wait for a higher rung.
+constexpr double kTooMuchNoise = 0.2;
 /// An interpolated setting is tried where it would take less than this share of the best one's time.
 constexpr double kWorthTrying = 0.75;
 /// Relative error above which an error says too little to find settings by it.
 constexpr double kTold = 0.35;
+/// Share of a rung's step within which a setting is that rung.
+constexpr double kSameRung = 0.1;
 /// Most interpolated settings for one target.
 constexpr int kTriesPerTarget = 2;
 /// Below this share of the lowest target no error is of interest.
@@ -47,7 +51,7 @@ constexpr double kFarBelow = 0.5;
 /// How much more useful a method's first rung is than others of its time.
 constexpr double kWorthOfFirst = 50;
 /// How much a job of a method that is far from the best may be put back.
-constexpr double kLeastWorth = 0.2;
+constexpr double kLeastWorth = 0.1;
 /// Settings that have not been predicted, in seconds.
 constexpr double kUnknown_s = 1;
 
@@ -184,6 +188,8 @@ class Runs {
     const StudyTraits& traits = bench_.traits();
     s = first_rung(traits, StudyMethod::path);
     const double pass_s = std::max(kShortPass_s, kReferenceShare * settings_.budget_s / kReferencePasses);
+    // Threads and caches get warm.
+    if (!stopped()) run_job({{{s, "warm up"}}, 0, 1});
     // The lowest rungs tell what a path costs here.
     Ladder& ladder = ladders_[StudyMethod::path];
     while (!stopped() && ladder.ended.empty() && ladder.rungs.size() < kRungsFirst && (ladder.rungs.empty() || last_image_s(ladder) < pass_s)) {
@@ -315,6 +321,8 @@ class Runs {
     const int best = best_rung(ladder);
     for (auto rung = ladder.rungs.rbegin(); rung != ladder.rungs.rend(); ++rung) {
       if (*rung > best) continue;
+      // Where errors are huge, small ones cannot be seen.
+      if (up && run_at(*rung).error.error.value() > kTooMuchNoise) return;
       if (ladder.varied.contains(*rung)) return;
       std::vector<Job> around;
       add_variations(ladder, *rung, around);
@@ -353,14 +361,14 @@ class Runs {
       if (up && !measured(ladder.next)) jobs.push_back(job_of({{ladder.next, "ladder"}}, ladder.rungs.empty() ? kWorthOfFirst : 1));
       if (ladder.rungs.size() >= kRungsFirst || (!up && !ladder.rungs.empty())) vary(ladder, up, jobs);
     }
-    if (!refused(traits.given.method) && !measured(traits.given)) jobs.push_back(job_of({{given(), "scene"}}, 2));
+    if (!refused(traits.given.method) && !measured(given())) jobs.push_back(job_of({{given(), "scene"}}, 2));
     add_targets(jobs);
     // A method that is far from the best one's efficiency waits.
     double best = std::numeric_limits<double>::infinity();
     for (const auto& [method, ladder] : ladders_) best = std::min(best, efficiency(ladder));
     for (Job& job : jobs) {
       const double own = efficiency(ladders_.at(job.parts.front().setting.method));
-      if (std::isfinite(own) && own > 0) job.worth *= std::clamp(std::sqrt(best / own), kLeastWorth, 1.0);
+      if (std::isfinite(own) && own > 0) job.worth *= std::clamp(best / own, kLeastWorth, 1.0);
     }
     return jobs;
   }
@@ -401,11 +409,14 @@ class Runs {
         if (!renders(method)) continue;
         for (std::size_t k = 1; k < ladder.rungs.size(); ++k) {
           const StudyRun &low = run_at(ladder.rungs[k - 1]), &high = run_at(ladder.rungs[k]);
-          const double aim = 0.92 * target.error, from = low.error.error.value(), to = high.error.error.value();
+          // With its standard error it is to be below the target.
+          const RootError& upper = high.error.error;
+          const double aim = 0.95 * target.error / (1 + upper.error() / std::max(upper.value(), 1e-12)), from = low.error.error.value(), to = high.error.error.value();
           if (!(from > aim && to < aim && to > 0)) continue;
           if (low.error.error.error() > kTold * from || high.error.error.error() > kTold * to) continue;
           // From the upper rung down: it has the knobs that were found since.
           const double share = std::log(aim / to) / std::log(from / to);
+          if (share < kSameRung || share > 1 - kSameRung) continue;
           const StudySetting setting = scaled(bench_.traits(), high.setting, std::pow(kRung, -share));
           const double cpu = predict_full_cpu_s(setting);
           if (cpu < least && !measured(setting)) least = cpu, best = setting;
@@ -434,6 +445,7 @@ class Runs {
       }
     }
     for (std::size_t p = 0; p < job.parts.size(); ++p) {
+      if (job.parts[p].purpose == "warm up") return;
       if (!failed(job.parts[p].setting)) add_run(job.parts[p], std::move(made[p]));
     }
     finish(job);
@@ -447,7 +459,7 @@ class Runs {
     const bool known = dynamic_cast<const NumericalError*>(&error) || dynamic_cast<const InputError*>(&error) || dynamic_cast<const ResourceError*>(&error);
     if (!known) throw;
     Ladder& ladder = ladders_.at(part.setting.method);
-    if (part.purpose != "ladder") {
+    if (part.purpose != "ladder" && part.purpose != "warm up") {
       study_.left_out.push_back(fmt::format("{}: {}", study_label(part.setting), error.what()));
     } else if (ladder.rungs.empty()) {
       refuse(part.setting.method, error.what());
@@ -511,8 +523,11 @@ class Runs {
       if (run < 0) continue;
       double& best = taken_[{first.base, part.purpose}];
       if (best == 0) best = kWorthTaking * worth(first.base);
-      if (worth(run) < best) {
-        best = worth(run);
+      // With its standard error: luck is not worth taking.
+      const RootError& error = run_at(run).error.error;
+      const double sure = std::pow(error.value() + error.error(), 2) * run_at(run).full.cpu();
+      if (sure < best) {
+        best = sure;
         ladder.next = with_knob(ladder.next, part.purpose, run_at(first.base).setting, part.setting);
       }
     }
@@ -544,7 +559,7 @@ class Runs {
   std::map<StudyMethod, Ladder> ladders_;
   std::vector<StudySetting> failed_;
   std::map<double, int> tries_;
-  std::map<std::pair<int, std::string>, double> taken_;  // by base and knob: the least worth() so far
+  std::map<std::pair<int, std::string>, double> taken_;  // by base and knob: the least error^2 x time so far
   StudySetting reference_setting_;
   int reference_passes_ = 0;
   double known_world_s_ = 0;

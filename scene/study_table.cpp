@@ -69,7 +69,8 @@ std::vector<std::array<std::string, 6>> target_rows(const Study& study) {
   std::vector<std::array<std::string, 6>> rows;
   for (const StudyTarget& target : study.targets) {
     if (target.run < 0) {
-      rows.push_back({target_text(target.error), not_reached_text(study), "", "", "", ""});
+      const bool told = !rows.empty() && rows.back()[2].empty();
+      rows.push_back({target_text(target.error), told ? std::string("not reached") : not_reached_text(study), "", "", "", ""});
       continue;
     }
     const StudyRun& run = study.runs[static_cast<std::size_t>(target.run)];

@@ -15,7 +15,7 @@ using detail::html_escaped;
 /// Told apart on light and dark paper, and by most who confuse red and green.
 constexpr std::array<const char*, 6> kPalette{"#e08214", "#2b83d6", "#1a9850", "#a35bd1", "#d6446c", "#7a7d87"};
 constexpr double kLeft = 78, kRight = 18, kBottom = 52, kTitle = 30, kLegendLine = 20;
-constexpr double kLetter = 6.9;  // mean width at 13 px
+constexpr double kLetter = 7.2;  // mean width at 13 px
 
 std::string colour(int number) {
   return number < 0 ? "var(--ink)" : kPalette[static_cast<std::size_t>(number) % kPalette.size()];
@@ -126,7 +126,7 @@ std::string SvgPlot::svg(bool standalone) const {
   double at = kLeft, line = kTitle + 16;
   for (const PlotSeries& series : series_) {
     if (series.name.empty()) continue;
-    const double width = 30 + kLetter * static_cast<double>(series.name.size()) + 16;
+    const double width = 30 + kLetter * static_cast<double>(series.name.size()) + 22;
     if (at + width > settings_.width - kRight && at > kLeft) at = kLeft, line += kLegendLine;
     legend.push_back({&series, at, line});
     at += width;
