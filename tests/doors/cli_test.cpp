@@ -453,3 +453,35 @@ TEST_CASE("obscuration tells what a cloud hides, on stdout and as page, JSON and
   CHECK(lines_with(said.err, "--threshold") == 1);
   CHECK(lines_with(said.err, "--csv") == 1);
 }
+
+TEST_CASE("study writes page, numbers and plot, keeps its budget and what exists", "[doors][cli][study]") {
+  const Folder folder("study");
+  const std::string command = "study '" + folder.file("scene.json") + "' -o '" + folder.file("costs.html") + "' ";
+  const auto begin = std::chrono::steady_clock::now();
+  Said said = run_program(command + "--budget 3s --plot '" + folder.file("costs.svg") + "' --set /sensor/resolution=[32,24] --pixels 16");
+  INFO(said.err);
+  CHECK(said.exit_code == 0);
+  CHECK(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() < 20);
+  CHECK(contains(said.out, "16 x 12 pixels for 32 x 24"));
+  CHECK(contains(said.out, "reference: path tracer"));
+  CHECK(contains(said.err, "path tracer, 1 sample"));
+  const Json json = Json::parse(std::ifstream(folder.file("costs.json")));
+  CHECK(json["budget_s"] == 3);
+  CHECK(json["runs"].size() > 3);
+  CHECK(json["partial"] == false);
+  for (const char* name : {"costs.html", "costs.csv", "costs.svg"}) CHECK(std::filesystem::file_size(folder.file(name)) > 500);
+
+  said = run_program(command + "--budget 1s");
+  CHECK(said.exit_code == 2);
+  CHECK(lines_with(said.err, "-f replaces it") == 3);
+  // Its JSON would be the scene.
+  said = run_program("study '" + folder.file("scene.json") + "' -f -o '" + folder.file("scene.html") + "'");
+  CHECK(said.exit_code == 2);
+  CHECK(contains(said.err, "would replace an input"));
+  said = run_program(command + "-f --budget 0 --pixels 16");
+  CHECK(said.exit_code == 2);
+  CHECK(contains(said.err, "--budget"));
+  said = run_program(command + "-f --quiet --budget 2s --markdown");
+  CHECK(said.exit_code == 0);
+  CHECK(contains(said.out, "| error | cheapest setting"));
+}
