@@ -104,7 +104,7 @@ SvgPlot parts_plot(const Study& study, StudyMethod method) {
       if (run.setting.method != method || run.purpose != "ladder") continue;
       const RootError& root = part(run.error);
       // What cannot be told from 0 is an upper end only.
-      const bool seen = root.square > 2 * root.square_error;
+      const bool seen = root.square > (marker == PlotMarker::none ? 0 : 2) * root.square_error;
       PlotPoint point;
       point.x = run.seconds.map.cpu + run.seconds.image.cpu;
       point.y = seen ? root.value() : root.value() + root.error();

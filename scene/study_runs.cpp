@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <new>
 #include <set>
 
 #include <fmt/format.h>
@@ -84,6 +85,7 @@ class Runs {
       ladder.next = first_rung(bench.traits(), method);
     }
     if (!bench.traits().scatters) refuse(StudyMethod::gather, "nothing scatters or reflects: there is nothing to gather");
+    else if (bench.traits().depth_limited) refuse(StudyMethod::gather, "scattering_depth is set: photons of the map may have scattered that often before the bounce");
   }
 
   Study run() {
@@ -199,10 +201,20 @@ class Runs {
     s.octree_tolerance = traits.given.octree_tolerance * kFinerOctree;
     if (traits.spectral) s.intervals = std::max(8, 2 * traits.most_intervals);
     if (refused(StudyMethod::path)) {
-      s = first_rung(traits, StudyMethod::ordinates);
-      s.octree_tolerance = traits.given.octree_tolerance * kFinerOctree;
-      s.cells *= 2;
       study_.reference.method = name_of(StudyMethod::ordinates);
+      Ladder& ordinates = ladders_[StudyMethod::ordinates];
+      while (!stopped() && ordinates.ended.empty() && ordinates.rungs.size() < kRungsFirst) {
+        s = ordinates.next;
+        run_job({{{s, "ladder"}}, 0, 1});
+      }
+      s = first_rung(traits, StudyMethod::ordinates);
+      for (const int cells : {16, 24, 32}) {
+        StudySetting finer = s;
+        finer.cells = cells;
+        // Beside the finest solution there are coarser ones.
+        if (cells == 16 || 2 * predict_s(finer) < kReferenceShare * settings_.budget_s) s.cells = cells;
+      }
+      s.octree_tolerance = traits.given.octree_tolerance * kFinerOctree;
       return;
     }
     study_.reference.method = name_of(StudyMethod::path);
@@ -456,7 +468,8 @@ class Runs {
 
   void fail(const Job::Part& part, const std::exception& error) {
     failed_.push_back(part.setting);
-    const bool known = dynamic_cast<const NumericalError*>(&error) || dynamic_cast<const InputError*>(&error) || dynamic_cast<const ResourceError*>(&error);
+    const bool known = dynamic_cast<const NumericalError*>(&error) || dynamic_cast<const InputError*>(&error) || dynamic_cast<const ResourceError*>(&error) ||
+                       dynamic_cast<const std::bad_alloc*>(&error);
     if (!known) throw;
     Ladder& ladder = ladders_.at(part.setting.method);
     if (part.purpose != "ladder" && part.purpose != "warm up") {

@@ -26,6 +26,12 @@ int rounded(double value, int least, int most) {
 
 std::uint64_t photons(double value) { return static_cast<std::uint64_t>(std::clamp(std::round(value), 1.0, kMostPhotons)); }
 
+/// The balance of noise k^(-1/2) and bias (k/N)^(2/3), through the scene's own setting.
+double nearest_on_ladder(const StudySetting& given, double photons) {
+  const double k = given.nearest * std::pow(photons / static_cast<double>(std::max<std::uint64_t>(1, given.photons)), kNearestPower);
+  return std::round(std::clamp(k, static_cast<double>(kFewNearest), static_cast<double>(kMostNearest)));
+}
+
 /// How many rungs below a value the lowest one is.
 int rungs_below(double value, double least) {
   return value > least ? static_cast<int>(std::floor(std::log(value / least) / std::log(kRung) + 1e-9)) : 0;
@@ -63,8 +69,13 @@ StudySetting scaled(const StudyTraits& traits, StudySetting s, double factor) {
     const double work = map ? static_cast<double>(s.photons) : s.samples, own = map ? static_cast<double>(given.photons) : given.samples;
     const double above = factor > 1 ? std::clamp(work * factor / own, 1.0, factor) : std::clamp(own / work, factor, 1.0);
     s.rays = rounded(s.rays * (map ? std::pow(above, kNearestPower) : above), 1, traits.most_rays);
-    if (s.method != StudyMethod::path) s.photons = photons(static_cast<double>(s.photons) * factor);
-    if (map) s.nearest = rounded(s.nearest * std::pow(factor, kNearestPower), std::min(s.nearest, kFewNearest), std::max(s.nearest, kMostNearest));
+    if (s.method != StudyMethod::path) {
+      const double before = nearest_on_ladder(given, static_cast<double>(s.photons));
+      s.photons = photons(static_cast<double>(s.photons) * factor);
+      // Through the scene's own setting, whatever was rounded on the way.
+      if (std::abs(static_cast<double>(s.photons) / static_cast<double>(given.photons) - 1) < 0.01) s.photons = given.photons;
+      if (map) s.nearest = rounded(s.nearest * nearest_on_ladder(given, static_cast<double>(s.photons)) / before, 1, 100000);
+    }
     if (!map) s.samples = rounded(s.samples * factor, 1, 1 << 24);
   }
   return s;
@@ -224,6 +235,7 @@ StudyTraits traits_of(const Description& scene, const World& world, bool gathers
   traits.scatters = false;
   for (int i = 0; i < world.interval_count(); ++i) traits.scatters = traits.scatters || world.scatters(i) || world.surfaces_reflect(i);
   traits.clouds = !scene.clouds.empty();
+  traits.depth_limited = scene.sensor.scattering_depth.has_value();
 
   bool optics_vary = false;
   const auto look = [&](const Spectrum& spectrum) { optics_vary = optics_vary || !spectrum.is_constant(); };

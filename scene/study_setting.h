@@ -40,6 +40,7 @@ struct StudyTraits {
   StudySetting given;         ///< the scene's own method and knobs, photons and samples of all methods
   bool scatters = true;       ///< a cloud scatters or a surface reflects
   bool clouds = true;
+  bool depth_limited = false; ///< scattering_depth is set
   bool spectral = false;      ///< optics vary within a band
   int most_intervals = 1;     ///< that the scene gives to a band
   int most_rays = 1024;

@@ -15,6 +15,7 @@ using detail::html_escaped;
 /// Told apart on light and dark paper, and by most who confuse red and green.
 constexpr std::array<const char*, 6> kPalette{"#e08214", "#2b83d6", "#1a9850", "#a35bd1", "#d6446c", "#7a7d87"};
 constexpr double kLeft = 78, kRight = 18, kBottom = 52, kTitle = 30, kLegendLine = 20;
+constexpr double kFewDecades = 0.8;  // below which every digit has a tick
 constexpr double kLetter = 7.2;  // mean width at 13 px
 
 std::string colour(int number) {
@@ -75,7 +76,8 @@ std::vector<LogTick> log_ticks(double low, double high) {
   const int every = std::max(1, static_cast<int>(std::ceil(decades / 12)));
   const auto first = static_cast<int>(std::floor(std::log10(low) - 1e-9)), last = static_cast<int>(std::ceil(std::log10(high) + 1e-9));
   for (int e = first; e <= last; ++e) {
-    for (const int m : {1, 2, 5}) {
+    for (const int m : {1, 2, 3, 4, 5, 6, 7, 8, 9}) {
+      if (m != 1 && m != 2 && m != 5 && decades > kFewDecades) continue;
       // A power from its text is the number that the text says.
       const double value = std::stod(fmt::format("{}e{}", m, e));
       if (value < low * (1 - 1e-12) || value > high * (1 + 1e-12)) continue;

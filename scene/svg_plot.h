@@ -41,7 +41,8 @@ struct PlotSettings {
   std::optional<std::array<double, 2>> x_range = std::nullopt, y_range = std::nullopt;  ///< none: what holds all points
 };
 
-/// Places of ticks on a logarithmic axis, in increasing order: 1, 2, 5 in each decade, fewer where there are many decades.
+/// Places of ticks on a logarithmic axis, in increasing order: 1, 2, 5 in each decade, fewer where there
+/// are many decades, every digit where there is none.
 struct LogTick {
   double value = 0;
   bool labelled = true;

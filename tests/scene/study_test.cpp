@@ -333,3 +333,39 @@ TEST_CASE("the page needs nothing from outside and runs nothing", "[study]") {
     CHECK(page.find(part) != std::string::npos);
   }
 }
+
+TEST_CASE("ladders go through the scene's own setting in factors of four", "[study]") {
+  StudyTraits traits;
+  traits.given.photons = 2000000;
+  traits.given.nearest = 64;
+  traits.given.samples = 64;
+  traits.given.rays = 8;
+  const auto rung = [&](StudyMethod method, int number) {
+    StudySetting s = first_rung(traits, method);
+    for (int k = 0; k < number; ++k) s = scaled(traits, s, kRung);
+    return s;
+  };
+  CHECK(rung(StudyMethod::path, 0).samples == 1);
+  CHECK(rung(StudyMethod::path, 3).samples == 64);
+  CHECK(rung(StudyMethod::path, 3).rays == 8);
+  CHECK(rung(StudyMethod::path, 4).rays == 32);
+  CHECK(rung(StudyMethod::photon, 0).photons == 7813);
+  CHECK(rung(StudyMethod::photon, 0).nearest == 8);
+  CHECK(rung(StudyMethod::photon, 4).photons == 2000000);
+  CHECK(rung(StudyMethod::photon, 4).nearest == 64);
+  CHECK(rung(StudyMethod::photon, 5).nearest == 141);
+  CHECK(rung(StudyMethod::photon, 5).rays == 18);
+  CHECK(rung(StudyMethod::gather, 3).photons == 2000000);
+  CHECK(rung(StudyMethod::gather, 3).samples == 64);
+  CHECK(rung(StudyMethod::gather, 3).nearest == 64);
+  CHECK(rung(StudyMethod::ordinates, 3).cells == 33);
+  // Down again.
+  CHECK(scaled(traits, rung(StudyMethod::path, 4), 0.25) == rung(StudyMethod::path, 3));
+  CHECK(scaled(traits, rung(StudyMethod::gather, 4), 0.25) == rung(StudyMethod::gather, 3));
+
+  traits.scatters = false;
+  CHECK(rung(StudyMethod::path, 0).rays == 1);
+  CHECK(rung(StudyMethod::path, 3).rays == 64);
+  CHECK(rung(StudyMethod::path, 3).samples == 64);
+  CHECK(rung(StudyMethod::photon, 3).photons == 1000);
+}

@@ -30,7 +30,7 @@ SvgPlot plot() {
 TEST_CASE("ticks are 1, 2 and 5 of each decade inside the range", "[svg_plot]") {
   CHECK(labelled(1, 10) == std::vector<double>{1, 2, 5, 10});
   CHECK(labelled(0.003, 0.3) == std::vector<double>{0.005, 0.01, 0.02, 0.05, 0.1, 0.2});
-  CHECK(labelled(0.9, 1.1) == std::vector<double>{1});
+  CHECK(labelled(0.85, 2.1) == std::vector<double>{0.9, 1, 2});
 }
 
 TEST_CASE("many decades have fewer labels, and no range has none", "[svg_plot]") {
