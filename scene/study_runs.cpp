@@ -281,7 +281,7 @@ class Runs {
       if (s.intervals > 0) text += fmt::format(", {} intervals a band", s.intervals);
       return text;
     }
-    return fmt::format("{} cells along the longest side, S{}, octree tolerance {:.4g}; its error is the solver's own", s.cells, s.order, s.octree_tolerance);
+    return fmt::format("{} cells along the longest side, S{}, octree tolerance {:.4g}, errors as the solver states them", s.cells, s.order, s.octree_tolerance);
   }
 
   // Jobs.

@@ -32,6 +32,16 @@ double nearest_on_ladder(const StudySetting& given, double photons) {
   return std::round(std::clamp(k, static_cast<double>(kFewNearest), static_cast<double>(kMostNearest)));
 }
 
+/// Above the scene's own setting the rays of a pixel grow as the noise of its samples falls: else theirs would stay. More
+/// rays than samples serve little below it.
+double rays_on_ladder(const StudySetting& given, const StudySetting& s) {
+  if (s.method == StudyMethod::photon) {
+    const double above = static_cast<double>(s.photons) / static_cast<double>(std::max<std::uint64_t>(1, given.photons));
+    return given.rays * std::max(1.0, std::pow(above, kNearestPower));
+  }
+  return s.samples > given.samples ? static_cast<double>(given.rays) * s.samples / given.samples : std::min(given.rays, s.samples);
+}
+
 /// How many rungs below a value the lowest one is.
 int rungs_below(double value, double least) {
   return value > least ? static_cast<int>(std::floor(std::log(value / least) / std::log(kRung) + 1e-9)) : 0;
@@ -63,12 +73,9 @@ StudySetting scaled(const StudyTraits& traits, StudySetting s, double factor) {
     s.rays = rounded(s.rays * factor, 1, traits.most_rays);
     if (s.samples > 0) s.samples = std::max(s.samples, s.rays);
   } else {
-    // Above the scene's own setting the rays of a pixel grow as the noise of its samples falls: else theirs would stay.
     const StudySetting& given = traits.given;
     const bool map = s.method == StudyMethod::photon;
-    const double work = map ? static_cast<double>(s.photons) : s.samples, own = map ? static_cast<double>(given.photons) : given.samples;
-    const double above = factor > 1 ? std::clamp(work * factor / own, 1.0, factor) : std::clamp(own / work, factor, 1.0);
-    s.rays = rounded(s.rays * (map ? std::pow(above, kNearestPower) : above), 1, traits.most_rays);
+    const double rays = rays_on_ladder(given, s);
     if (s.method != StudyMethod::path) {
       const double before = nearest_on_ladder(given, static_cast<double>(s.photons));
       s.photons = photons(static_cast<double>(s.photons) * factor);
@@ -77,6 +84,7 @@ StudySetting scaled(const StudyTraits& traits, StudySetting s, double factor) {
       if (map) s.nearest = rounded(s.nearest * nearest_on_ladder(given, static_cast<double>(s.photons)) / before, 1, 100000);
     }
     if (!map) s.samples = rounded(s.samples * factor, 1, 1 << 24);
+    s.rays = rounded(s.rays * rays_on_ladder(given, s) / rays, 1, traits.most_rays);
   }
   return s;
 }

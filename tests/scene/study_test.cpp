@@ -346,6 +346,8 @@ TEST_CASE("ladders go through the scene's own setting in factors of four", "[stu
     return s;
   };
   CHECK(rung(StudyMethod::path, 0).samples == 1);
+  CHECK(rung(StudyMethod::path, 0).rays == 1);
+  CHECK(rung(StudyMethod::path, 1).rays == 4);
   CHECK(rung(StudyMethod::path, 3).samples == 64);
   CHECK(rung(StudyMethod::path, 3).rays == 8);
   CHECK(rung(StudyMethod::path, 4).rays == 32);
