@@ -103,19 +103,35 @@ std::string knob_value(const std::string& knob, const StudySetting& s) {
 }
 
 std::string knob_table(const Study& study) {
-  std::string rows;
+  std::vector<int> bases;
   for (const StudyRun& run : study.runs) {
-    if (run.base < 0) continue;
-    const StudyRun& base = run_at(study, run.base);
-    rows += "<tr>" + cell(html_escaped(study_label(base.setting))) +
-            fmt::format("<td>{}</td><td>{} &rarr; {}</td>", html_escaped(run.purpose), knob_value(run.purpose, base.setting), knob_value(run.purpose, run.setting)) +
-            cell(per_cent(base.error.error)) + cell(per_cent(run.error.error)) + cell(per_cent(run.error.bias)) + cell(per_cent(run.error.noise)) +
-            fmt::format("<td>{:.2f}</td><td>{:.2f}</td></tr>\n", run.full.cpu() / base.full.cpu(), run.full_bytes.total() / base.full_bytes.total());
+    if (run.base >= 0 && std::find(bases.begin(), bases.end(), run.base) == bases.end()) bases.push_back(run.base);
   }
-  if (rows.empty()) return {};
-  return "<h2>Other knobs, each changed alone</h2>\n<div class=\"scroll\"><table><tr><th>around</th><th>knob</th><th>changed</th><th>error before</th>"
-         "<th>after</th><th>its bias</th><th>its noise</th><th>CPU, times</th><th>memory, times</th></tr>\n" +
-         rows + "</table></div>\n";
+  if (bases.empty()) return {};
+  std::string html =
+      "<h2>Other knobs, each changed alone</h2>\n<div class=\"scroll\"><table><tr><th>knob</th><th>changed</th><th>error</th><th>bias</th><th>noise</th>"
+      "<th>CPU, times</th><th>memory, times</th></tr>\n";
+  for (const int number : bases) {
+    const StudyRun& base = run_at(study, number);
+    html += fmt::format("<tr><th colspan=\"2\">{}</th><td>{}</td><td>{}</td><td>{}</td><td></td><td></td></tr>\n", html_escaped(study_label(base.setting)),
+                        per_cent(base.error.error), per_cent(base.error.bias), per_cent(base.error.noise));
+    for (const StudyRun& run : study.runs) {
+      if (run.base != number) continue;
+      html += fmt::format("<tr><td>{}</td><td>{} &rarr; {}</td><td>{}</td><td>{}</td><td>{}</td><td>{:.2f}</td><td>{:.2f}</td></tr>\n", html_escaped(run.purpose),
+                          knob_value(run.purpose, base.setting), knob_value(run.purpose, run.setting), per_cent(run.error.error), per_cent(run.error.bias),
+                          per_cent(run.error.noise), run.full.cpu() / base.full.cpu(), run.full_bytes.total() / base.full_bytes.total());
+    }
+  }
+  return html + "</table></div>\n";
+}
+
+/// 1, 2 or 5 times a power of ten, the next above.
+double round_above(double value) {
+  const double decade = std::pow(10, std::floor(std::log10(value)));
+  for (const double m : {1.0, 2.0, 5.0}) {
+    if (m * decade >= value) return m * decade;
+  }
+  return 10 * decade;
 }
 
 float percentile(std::vector<float> values, double share) {
@@ -191,7 +207,7 @@ std::string pictures(const Study& study) {
       const StudyRun& run = run_at(study, runs[k]);
       std::vector<float> size = differences[k];
       for (float& v : size) v = std::abs(v);
-      off.high = std::max(percentile(size, 0.98), 1e-3f);
+      off.high = round_above(std::max(percentile(size, 0.98), 1e-3f));
       off.low = -*off.high;
       const std::string name = study_label(run.setting);
       html += "<div class=\"pictures\">\n" + figure(study, name, unit, run.pictures.front().bands[b], settings) +

@@ -115,6 +115,8 @@ TEST_CASE("times and memory are those of World, map and picture", "[study][bench
   const StudyPicture second = bench.measure(s, 1, {});
   CHECK(second.seconds.map.cpu == first.seconds.map.cpu);
   CHECK(second.picture.bands[0] != first.picture.bands[0]);
+  // Another seed's map is made and timed anew.
+  CHECK(bench.measure(s, 2, {}).seconds.map.cpu != first.seconds.map.cpu);
   s.method = StudyMethod::path;
   s.photons = 0;
   CHECK(bench.measure(s, 1, {}).bytes.map == 0);
