@@ -13,11 +13,11 @@ namespace {
 /// Share of the tiles that a trial renders, and how many at least and at most.
 constexpr int kTileShare = 8, kFewestTiles = 4, kMostTiles = 24;
 /// Samples of the two trials that a model is fitted to.
-constexpr int kFewSamples = 8, kMoreSamples = 32;
+constexpr int kFewSamples = 4, kMoreSamples = 16;
 /// Photons of a trial.
 constexpr std::uint64_t kTrialPhotons = 100000;
 /// Trials take no longer than this share of what the best way so far is going to take, or this long.
-constexpr double kTrialShare = 0.15, kShortTrials_s = 0.1;
+constexpr double kTrialShare = 0.15, kShortTrials_s = 0.02;
 /// Least share of a measurement that a fit gives to each of its two terms.
 constexpr double kLeastShare = 0.05;
 
@@ -132,30 +132,32 @@ class Trials {
   /// Two numbers of samples tell both terms of time and error.
   void try_samples(Recipe recipe) {
     try {
-      // A first trial of unknown cost; a second is about four times as long.
-      if (!affordable(0)) return;
+      // What a first trial costs is not known: about as much as those before, it is hoped.
+      if (!affordable(first_s_)) return;
       const bool sampled = recipe.method == MethodKind::path || recipe.gather;
       const double begin = clock_();
       const Measurement few = measure(recipe);
-      const double first_s = clock_() - begin;
-      if (!sampled) return consider(recipe, fixed(few), first_s);
+      first_s_ = clock_() - begin;
+      if (!sampled) return consider(recipe, fixed(few), first_s_);
       RecipeModel model;
-      model.map_s = few.map_s;
-      if (affordable(first_s * kMoreSamples / kFewSamples)) {
+      model.map_s = model.fixed_s = few.map_s;
+      model.sample_s = few.image_s / kFewSamples;
+      model.noise = few.square * kFewSamples;
+      if (recipe.method == MethodKind::photon) model.bias = std::max(0.0, bias_of(few, few));
+      PassPlan passes;
+      const Score score = score_of(model, passes);
+      const double more_s = first_s_ * kMoreSamples / kFewSamples;
+      if (affordable(more_s) && (score.beyond || more_s < kTrialShare * passes.seconds)) {
         recipe.samples = kMoreSamples;
         const Measurement more = measure(recipe);
         const double spread = kMoreSamples - kFewSamples;
         model.map_s = std::min(few.map_s, more.map_s);
+        model.bias = 0;
         model.sample_s = std::max((more.image_s - few.image_s) / spread, kLeastShare * more.image_s / kMoreSamples);
         model.fixed_s = model.map_s + std::max(0.0, more.image_s - model.sample_s * kMoreSamples);
         model.noise = std::max((few.square - more.square) * kFewSamples * kMoreSamples / spread, kLeastShare * more.square * kMoreSamples);
         model.floor = std::max(0.0, more.square - model.noise / kMoreSamples);
         if (recipe.method == MethodKind::photon) model.bias = std::max(0.0, bias_of(few, more));
-      } else {
-        model.sample_s = few.image_s / kFewSamples;
-        model.fixed_s = few.map_s;
-        model.noise = few.square * kFewSamples;
-        if (recipe.method == MethodKind::photon) model.bias = std::max(0.0, bias_of(few, few));
       }
       consider(recipe, model, clock_() - begin);
     } catch (const NumericalError& error) {
@@ -256,6 +258,7 @@ class Trials {
   const RunClock& clock_;
   const Progress& progress_;
   double begin_;
+  double first_s_ = 0;      // of the latest first trial
   std::vector<int> tiles_;
   double whole_ = 1;        // pixels of the picture for each of a trial
   std::uint64_t seed_ = std::uint64_t{1} << 40;
