@@ -10,46 +10,70 @@ namespace {
 
 /// Dark pixels count against this share of the brightest, as the image error has it.
 constexpr double kFloor = 0.05;
-/// Pixels with larger relative errors take their neighbours' mean for their radiance: their own would be divided by noise.
+/// A pixel's radiance is taken over as many neighbours as it needs to be known to this.
 constexpr double kKnown = 0.1;
 
-/// What differences of each pixel are divided by; 0 where it is not done.
+/// Sums of radiance and squared error over rectangles of a tile's pixels.
+class TileSums {
+ public:
+  TileSums(const Film& film, int band, const std::array<int, 4>& box) : width_(box[2]), height_(box[3]), sums_(static_cast<std::size_t>((width_ + 1) * (height_ + 1))) {
+    const std::span<const float> radiance = film.values(band, Film::Value::radiance);
+    const std::span<const float> error = film.values(band, Film::Value::error);
+    for (int y = 0; y < height_; ++y) {
+      Sums row;
+      for (int x = 0; x < width_; ++x) {
+        const std::size_t p = static_cast<std::size_t>(box[1] + y) * static_cast<std::size_t>(film.columns()) + static_cast<std::size_t>(box[0] + x);
+        row.radiance += std::abs(radiance[p]);
+        row.variance += static_cast<double>(error[p]) * error[p];
+        Sums& here = sums_[place(x + 1, y + 1)];
+        here.radiance = sums_[place(x + 1, y)].radiance + row.radiance;
+        here.variance = sums_[place(x + 1, y)].variance + row.variance;
+      }
+    }
+  }
+
+  struct Mean {
+    double radiance, error;
+  };
+  /// Over the pixels no farther than `reach` from one, in the tile.
+  Mean mean(int x, int y, int reach) const noexcept {
+    const int x0 = std::max(0, x - reach), x1 = std::min(width_, x + reach + 1), y0 = std::max(0, y - reach), y1 = std::min(height_, y + reach + 1);
+    const auto over = [&](double Sums::*of) { return sums_[place(x1, y1)].*of - sums_[place(x0, y1)].*of - sums_[place(x1, y0)].*of + sums_[place(x0, y0)].*of; };
+    const double count = (x1 - x0) * (y1 - y0);
+    return {over(&Sums::radiance) / count, std::sqrt(std::max(0.0, over(&Sums::variance))) / count};
+  }
+
+ private:
+  struct Sums {
+    double radiance = 0, variance = 0;
+  };
+  std::size_t place(int x, int y) const noexcept { return static_cast<std::size_t>(y * (width_ + 1) + x); }
+
+  int width_, height_;
+  std::vector<Sums> sums_;
+};
+
+/// What differences of each pixel are divided by, of those that are done.
 std::vector<double> scales(const Film& film, int band) {
-  const std::span<const float> radiance = film.values(band, Film::Value::radiance);
-  const std::span<const float> error = film.values(band, Film::Value::error);
-  const int columns = film.columns(), rows = film.rows();
-  const auto place = [columns](int x, int y) { return static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x); };
-  // The brightest of many noisy pixels is brighter than the brightest.
+  std::vector<double> result(film.values(band, Film::Value::radiance).size());
   double brightest = 0, fallback = 0;
-  for (int y = 0; y < rows; ++y) {
-    for (int x = 0; x < columns; ++x) {
-      if (film.passes(x, y) == 0) continue;
-      const double value = std::abs(radiance[place(x, y)]);
-      brightest = std::max(brightest, value - 2.0 * error[place(x, y)]);
-      fallback = std::max(fallback, value);
+  for (int t = 0; t < film.tile_count(); ++t) {
+    const std::array<int, 4> box = film.tile_box(t);
+    if (film.passes(box[0], box[1]) == 0) continue;
+    const TileSums sums(film, band, box);
+    for (int y = 0; y < box[3]; ++y) {
+      for (int x = 0; x < box[2]; ++x) {
+        TileSums::Mean mean = sums.mean(x, y, 0);
+        for (int reach = 1; mean.error > kKnown * mean.radiance && reach < Film::kTileSide; reach *= 2) mean = sums.mean(x, y, reach);
+        // The brightest of many noisy pixels is brighter than the brightest.
+        brightest = std::max(brightest, mean.radiance - 2 * mean.error);
+        fallback = std::max(fallback, mean.radiance);
+        result[static_cast<std::size_t>(box[1] + y) * static_cast<std::size_t>(film.columns()) + static_cast<std::size_t>(box[0] + x)] = mean.radiance;
+      }
     }
   }
   if (!(brightest > 0)) brightest = fallback;
-  std::vector<double> result(radiance.size());
-  for (int y = 0; y < rows; ++y) {
-    for (int x = 0; x < columns; ++x) {
-      if (film.passes(x, y) == 0) continue;
-      double value = std::abs(radiance[place(x, y)]);
-      if (error[place(x, y)] > kKnown * value) {
-        double sum = 0;
-        int count = 0;
-        for (int v = std::max(0, y - 1); v <= std::min(rows - 1, y + 1); ++v) {
-          for (int u = std::max(0, x - 1); u <= std::min(columns - 1, x + 1); ++u) {
-            if (film.passes(u, v) == 0) continue;
-            sum += std::abs(radiance[place(u, v)]);
-            ++count;
-          }
-        }
-        value = sum / count;
-      }
-      result[place(x, y)] = std::max(value, kFloor * brightest);
-    }
-  }
+  for (double& value : result) value = std::max(value, kFloor * brightest);
   return result;
 }
 
