@@ -75,17 +75,19 @@ std::vector<Job> jobs() {
   return all;
 }
 
-/// Share of pixels whose 95 % interval, bias and the reference's own doubt included, holds the reference.
+/// Share of the pixels that have an error whose 95 % interval, bias and the reference's own doubt included, holds the
+/// reference.
 double inside(const Image& image, const ReferencePicture& reference, const std::vector<BandDescription>& bands) {
   double held = 0, pixels = 0;
   for (std::size_t b = 0; b < bands.size(); ++b) {
     const auto radiance = image.channel(bands[b].name + ".radiance"), error = image.channel(bands[b].name + ".error");
     const std::string biased = bands[b].name + ".bias";
     for (std::size_t p = 0; p < radiance.size(); ++p) {
+      if (!(error[p] > 1e-5f * std::abs(radiance[p]))) continue;
       const double doubt = std::sqrt(error[p] * static_cast<double>(error[p]) + reference.variance(b, p));
       const double off = std::abs(static_cast<double>(radiance[p]) - reference.values().bands[b][p]);
       const double bias = image.has(biased) ? std::abs(image.channel(biased)[p]) : 0.0f;
-      held += off <= 1.96 * doubt + bias + 1e-5 * std::abs(radiance[p]);
+      held += off <= 1.96 * doubt + bias;
       pixels += 1;
     }
   }
