@@ -243,6 +243,23 @@ PhaseFunction PhaseFunction::blunted(double peak) const {
   return table(angles, values);
 }
 
+double PhaseFunction::largest() const noexcept {
+  // Henyey and Greenstein's and Rayleigh's are convex in the cosine, and so are their sums; a table's peaks are nodes.
+  const auto is_delta = [](double g) { return g == 1 || g == -1; };
+  switch (kind_) {
+    case Kind::table: return *std::max_element(table_->value.begin(), table_->value.end());
+    case Kind::henyey_greenstein:
+      if (is_delta(g1_)) return kInfinity;
+      break;
+    case Kind::double_hg:
+      if ((weight_ > 0 && is_delta(g1_)) || (weight_ < 1 && is_delta(g2_))) return kInfinity;
+      break;
+    case Kind::isotropic:
+    case Kind::rayleigh: break;
+  }
+  return std::max(value(1), value(-1));
+}
+
 double PhaseFunction::value(double cosine) const noexcept {
   const double mu = clamp_cosine(cosine);
   switch (kind_) {

@@ -48,6 +48,9 @@ class PhaseFunction {
   /// 1 - sample(u1, u2), without the loss of digits near the forward direction.
   double sample_one_minus(double u1, double u2) const noexcept;
 
+  /// Largest value(), per sr; infinite where a lobe has g = +-1.
+  double largest() const noexcept;
+
   /// First moment, g.
   double mean_cosine() const noexcept { return mean_cosine_; }
 

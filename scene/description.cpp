@@ -4,6 +4,13 @@
 
 namespace obscura {
 
+const std::vector<std::string>& effect_names() {
+  static const std::vector<std::string> names = {
+      "absorption", "emission", "single scattering", "multiple scattering", "surfaces", "specular",
+      "sun", "sky", "atmosphere", "time", "spectral sampling", "masking"};
+  return names;
+}
+
 bool ObjectDescription::has_kelvin() const {
   return K || !temperature.empty() ||
          std::any_of(groups.begin(), groups.end(), [](const auto& group) { return group.second.K.has_value(); });

@@ -217,7 +217,12 @@ struct RenderDescription {
   std::optional<double> target_error;  ///< image error to reach, a fraction
   std::optional<double> time_limit_s;  ///< for the whole run
   std::uint64_t seed = 1;
+  /// Effects that are on or off whatever the plan would decide, by name.
+  std::map<std::string, bool> effects;
 };
+
+/// The effects that a plan decides about, in its order.
+const std::vector<std::string>& effect_names();
 
 /// A scene. Every value is inside its range; every named file was there when it was read.
 struct Description {

@@ -17,7 +17,8 @@ Json plan_rows(const std::vector<PlanRow>& plan) {
     rows.push_back({{"effect", row.effect},
                     {"on", row.on},
                     {"reason", row.reason},
-                    {"bound", row.bound ? number(*row.bound) : Json(nullptr)}});
+                    {"bound", row.bound ? number(*row.bound) : Json(nullptr)},
+                    {"cost_s", row.cost_s ? number(*row.cost_s) : Json(nullptr)}});
   }
   return rows;
 }
@@ -79,6 +80,10 @@ std::string to_json(const Report& report) {
   json["hash"] = report.hash;
   json["seed"] = report.seed;
   json["plan"] = plan_rows(report.plan);
+  json["budget"] = {{"total", number(report.budget.total)},
+                    {"dropped", number(report.budget.dropped)},
+                    {"sampled", number(report.budget.sampled)}};
+  json["method"] = {{"used", report.method.used}, {"cheaper", report.method.cheaper}, {"reason", report.method.reason}};
   json["energy"] = Json::object();
   for (const auto& [band, e] : report.energy) {
     json["energy"][band] = {{"emitted_W", number(e.emitted_W)},

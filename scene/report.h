@@ -17,6 +17,21 @@ struct PlanRow {
   bool on = false;
   std::string reason;
   std::optional<double> bound;  ///< none: nothing was left out on a bound
+  std::optional<double> cost_s = std::nullopt;  ///< predicted seconds of one core; none: not known, or not on its own
+};
+
+/// How the accuracy is spent, as image errors (DESIGN.md 9).
+struct BudgetReport {
+  double total = 1e-3;   ///< what the user allows
+  double dropped = 0;    ///< sum of the bounds of effects that are off though present
+  double sampled = 1e-3; ///< what is left for everything that is sampled
+};
+
+/// The method that ran and the one that the plan would take.
+struct MethodReport {
+  std::string used;
+  std::string cheaper;
+  std::string reason;
 };
 
 /// Photon weight of one band, W. Emitted is the sum of the other four.
@@ -108,6 +123,8 @@ struct Report {
   std::string version, scene, hash;
   std::uint64_t seed = 0;
   std::vector<PlanRow> plan;
+  BudgetReport budget;
+  MethodReport method;
   std::vector<std::pair<std::string, EnergyReport>> energy;  ///< per band
   PhotonReport photons;
   std::vector<OctreeReport> octree;

@@ -386,6 +386,7 @@ void keys(V& v, RenderDescription& r) {
   v.optional("time_limit_s", r.time_limit_s, above(0), "for the whole run; photons and samples are then chosen");
   v.later("memory_MiB", nullptr, "memory to stay below");
   v.optional("seed", r.seed, at_least(0), "seed of all random numbers");
+  v.optional("effects", r.effects, names(effect_names()), "effects to force on or off, e.g. {\"atmosphere\": true}; what is absent stays off");
 }
 
 template <class V>

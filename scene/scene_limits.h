@@ -22,6 +22,7 @@ struct Limits {
   std::size_t min_items = 0;                   ///< of a list
   bool increasing = false;                     ///< of a list, strictly
   std::vector<std::string> extensions{};       ///< of a file, with the dot; empty: any
+  std::vector<std::string> names{};            ///< of an object's keys; empty: any
 
   bool hold(double value) const noexcept {
     return (above_min ? value > min : value >= min) && (below_max ? value < max : value <= max);
@@ -45,6 +46,7 @@ inline Limits numbers(std::size_t min_items, Limits each, bool increasing = true
   each.increasing = increasing;
   return each;
 }
+inline Limits names(std::vector<std::string> names) { return {.names = std::move(names)}; }
 inline Limits files(std::vector<std::string> extensions) { return {.extensions = std::move(extensions)}; }
 
 /// One word of an enumeration; one that is not available yet is refused by name.

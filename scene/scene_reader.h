@@ -5,7 +5,9 @@
 #include "scene/scene_json.h"
 #include "scene/scene_limits.h"
 #include "scene/scene_values.h"
+#include "scene/scene_words.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <initializer_list>
 #include <map>
@@ -176,13 +178,20 @@ bool read_value(Findings& findings, const Json& json, const std::string& pointer
 /// Things by name; null is a thing with its defaults.
 template <class T>
 bool read_value(Findings& findings, const Json& json, const std::string& pointer, std::map<std::string, T>& value,
-                const Limits&) {
+                const Limits& limits) {
   if (!json.is_object()) {
     findings.problem(pointer, "expected an object, found " + describe_value(json), "give {\"name\": {...}, ...}");
     return false;
   }
   bool good = true;
   for (const auto& [name, member] : json.items()) {
+    if (!limits.names.empty() && std::find(limits.names.begin(), limits.names.end(), name) == limits.names.end()) {
+      findings.problem(pointer_to(pointer, name), "there is no \"" + name + "\"", suggest(name, limits.names));
+      good = false;
+      continue;
+    }
+    // What is null is not given, where only certain names are known.
+    if (!limits.names.empty() && member.is_null()) continue;
     T& thing = value[name];
     if (!member.is_null()) good &= read_value(findings, member, pointer_to(pointer, name), thing, Limits{});
   }

@@ -103,7 +103,9 @@ Json schema_of(const Limits& limits) {
   } else if constexpr (std::is_same_v<T, std::vector<double>>) {
     return list_schema(number_schema("number", limits), limits.min_items, 0);
   } else if constexpr (IsMap<T>::value) {
-    return {{"type", "object"}, {"additionalProperties", nullable(schema_of<typename T::mapped_type>(any()))}};
+    Json schema = {{"type", "object"}, {"additionalProperties", nullable(schema_of<typename T::mapped_type>(any()))}};
+    if (!limits.names.empty()) schema["propertyNames"] = {{"enum", limits.names}};
+    return schema;
   } else if constexpr (IsVector<T>::value) {
     return list_schema(schema_of<typename T::value_type>(any()), limits.min_items, 0);
   } else if constexpr (std::is_enum_v<T>) {

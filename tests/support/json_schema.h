@@ -71,6 +71,10 @@ bool validates(const Json& schema, const Json& value) {
           good &= rule.is_object() ? validates(rule, member) : rule.template get<bool>();
         }
       }
+    } else if (keyword == "propertyNames") {
+      if (value.is_object()) {
+        for (const auto& [key, member] : value.items()) good &= validates(rule, Json(key));
+      }
     } else if (keyword == "not") {
       good = !validates(rule, value);
     } else if (keyword == "anyOf" || keyword == "oneOf") {
