@@ -18,11 +18,6 @@ using namespace detail;
 
 namespace {
 
-Band make_band(const BandDescription& band) {
-  if (band.grey()) return Band(band.name);
-  return Band(band.name, (*band.um)[0], (*band.um)[1], band.samples, band.response);
-}
-
 /// The cloud's voxels, grids of one lattice together; the temperature is on every density's lattice.
 std::vector<VoxelStream> open_cloud(const CloudDescription& cloud) {
   if (cloud.puffs) return {puffs_stream(*cloud.puffs)};
@@ -156,6 +151,11 @@ std::vector<HotSphere> particles_at(const Description& scene, const std::vector<
 }
 
 }  // namespace
+
+Band make_band(const BandDescription& band) {
+  if (band.grey()) return Band(band.name);
+  return Band(band.name, (*band.um)[0], (*band.um)[1], band.samples, band.response);
+}
 
 BuiltWorld build_world(const Description& scene, double time_s, const Progress& progress) {
   WorldContents contents;

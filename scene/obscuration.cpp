@@ -179,7 +179,7 @@ Obscuration find_obscuration(const Description& scene, const ObscurationWish& wi
 
   Description clear_scene = scene;
   clear_scene.clouds.clear();
-  Session cloudy(scene, result.time_s, progress), clear(clear_scene, result.time_s, progress);
+  Session cloudy(scene, result.time_s, progress, 0), clear(clear_scene, result.time_s, progress, 0);
   InView view = objects_in_view(cloudy, wish, progress);
   result.left_out = view.left_out;
 

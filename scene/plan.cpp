@@ -2,15 +2,10 @@
 
 #include <algorithm>
 
-#include "photon/bounds.h"
-#include "scene/per_interval.h"
+#include "scene/plan_cost.h"
+#include "scene/plan_effects.h"
 
 namespace obscura {
-namespace {
-
-bool positive(const std::vector<double>& values) {
-  return std::any_of(values.begin(), values.end(), [](double value) { return value > 0; });
-}
 
 CameraSettings camera_of(const SensorDescription& sensor) {
   CameraSettings camera;
@@ -24,89 +19,59 @@ CameraSettings camera_of(const SensorDescription& sensor) {
   return camera;
 }
 
-/// Whether any surface has a share of reflectance that is mirror-like, in any interval.
-bool has_mirror(const Description& scene, const std::vector<Band>& bands) {
-  const auto mirrors = [&](const std::string& name) {
-    if (name.empty()) return false;
-    const MaterialDescription& material = scene.materials.at(name);
-    if (!(material.specular > 0)) return false;
-    if (!material.angle_factor.empty()) return true;
-    const std::vector<double> emissivity = detail::optical(bands, material.emissivity);
-    return *std::min_element(emissivity.begin(), emissivity.end()) < 1;
-  };
-  return std::any_of(scene.objects.begin(), scene.objects.end(), [&](const ObjectDescription& object) {
-    return mirrors(object.material) || std::any_of(object.groups.begin(), object.groups.end(), [&](const auto& group) {
-             return group.second.material && mirrors(*group.second.material);
-           });
-  });
-}
-
-std::vector<PlanRow> effects_of(const Description& scene, const World& world) {
-  bool absorbs = false, emits = false, scatters = false, sky = false;
-  for (int i = 0; i < world.interval_count(); ++i) {
-    for (int c = 0; c < world.cloud_count(); ++c) {
-      for (const CloudOptics::Part& part : world.optics(c, i).parts()) {
-        absorbs = absorbs || part.extinction > part.scattering;
-      }
-    }
-    emits = emits || world.emits(i);
-    scatters = scatters || world.scatters(i);
-    sky = sky || world.sky(i) > 0;
-  }
-  const int depth = scene.sensor.scattering_depth.value_or(1 << 30);
-  const bool sun = scene.sun && positive(detail::integrated(world.bands(), scene.sun->irradiance));
-  const bool moon = scene.moon && positive(detail::integrated(world.bands(), scene.moon->irradiance));
-  const bool surfaces = !scene.objects.empty();
-  const bool mirrors = surfaces && has_mirror(scene, world.bands());
-  const bool spheres = !world.spheres().empty();
-  bool sampled = false;
-  for (const Band& band : world.bands()) sampled = sampled || band.interval_count() > 1;
-
-  std::vector<PlanRow> rows;
-  const auto row = [&rows](const char* effect, bool on, const char* present, const char* absent) {
-    rows.push_back({effect, on, on ? present : absent, std::nullopt});
-  };
-  row("absorption", absorbs, "a cloud absorbs", "no cloud absorbs");
-  row("emission", emits, "a cloud emits", "no cloud has a temperature, source or emission");
-  row("single scattering", scatters && depth >= 1, "a cloud scatters",
-      scatters ? "scattering_depth is 0" : "no cloud scatters");
-  row("multiple scattering", scatters && depth >= 1, "a cloud scatters: the photon map holds what has scattered before",
-      scatters ? "scattering_depth is 0" : "no cloud scatters");
-  row("surfaces", surfaces, "the scene has objects", "the scene has no objects");
-  row("specular", mirrors && scene.sensor.specular_depth > 0, "a material is mirror-like",
-      !surfaces ? "the scene has no objects" : mirrors ? "specular_depth is 0" : "no object's material is mirror-like");
-  row("sun", sun || moon, sun && moon ? "the scene has a sun and a moon" : sun ? "the scene has a sun" : "the scene has a moon",
-      "the scene has no sun and no moon");
-  row("sky", sky, "the sky is bright", "the sky is dark");
-  row("atmosphere", world.atmosphere().has_value(), "the air absorbs",
-      scene.atmosphere ? "the air's extinction is 0" : "the scene has no atmosphere");
-  row("time", false, "", "nothing in the scene changes with time");
-  row("spectral sampling", sampled, "a band has several intervals", "every band is one interval");
-  row("masking", surfaces || spheres,
-      surfaces && spheres ? "objects and hot spheres hide what is behind them"
-      : surfaces          ? "objects hide what is behind them"
-                          : "hot spheres hide what is behind them",
-      "nothing opaque is in the scene");
-  return rows;
-}
-
-}  // namespace
-
 namespace {
 
 /// Final gather pays where light scatters again and again: one bounce hides the map's blur and noise. So it does
 /// where surfaces reflect: small ones get few photons, and the map's discs reach over their edges. It is out of
 /// the question where a bounce cannot find light (beams without width) or would count scatterings wrongly.
-bool gathers(const Description& scene, const World& world) {
+bool gathers(const Description& scene, const MediaSummary& summary) {
   if (scene.render.final_gather) return *scene.render.final_gather > 0;
   if (scene.sensor.scattering_depth) return false;
   for (const BeamDescription& beam : scene.beams) {
     if (!(beam.radius_m > 0)) return false;
   }
-  for (int i = 0; i < world.interval_count(); ++i) {
-    if (world.surfaces_reflect(i) || largest_scattering_depth(world, i) > 1) return true;
+  return std::any_of(summary.intervals.begin(), summary.intervals.end(), [](const IntervalLimits& limits) {
+    return limits.reflectance_max > 0 || limits.scattering_seen > 1;
+  });
+}
+
+/// Which method brings the same error sooner. What decides was measured (METHODS.md): paths waste nothing where light
+/// scatters about once, where it is absorbed soon, and where few pixels do not repay a map; photons are shared by all pixels.
+MethodChoice choose_method(const Description& scene, const MediaSummary& summary, const detail::Decisions& effects,
+                           const detail::Costs& costs) {
+  MethodChoice choice;
+  choice.photon_s = costs.photon_s;
+  choice.path_s = costs.path_s;
+  double depth = 0, order = 0;
+  bool sunlit = false, reflects = false, beams = false;
+  for (const IntervalLimits& limits : summary.intervals) {
+    depth = std::max(depth, limits.scattering_seen);
+    order = std::max(order, limits.albedo_max);
+    sunlit = sunlit || limits.sun > 0;
+    reflects = reflects || limits.reflectance_max > 0;
+    beams = beams || limits.beams;
   }
-  return false;
+  sunlit = sunlit && effects.on("sun");
+  const double pixels = static_cast<double>(scene.sensor.resolution[0]) * scene.sensor.resolution[1];
+  const auto is = [&choice](MethodKind cheaper, std::string reason) {
+    choice.cheaper = cheaper;
+    choice.reason = std::move(reason);
+    return choice;
+  };
+  const bool again = effects.on("multiple scattering");
+  if (!again && !reflects) return is(scene.render.method, "nothing is scattered twice: the method does not matter");
+  if (std::any_of(scene.beams.begin(), scene.beams.end(), [](const BeamDescription& beam) { return !(beam.radius_m > 0); })) {
+    return is(MethodKind::photon, "no path meets a beam without width");
+  }
+  if (summary.periodic && (!scene.objects.empty() || !scene.sources.empty() || !scene.particles.empty() || beams)) {
+    return is(MethodKind::path, "photons do not serve finite things in a periodic scene");
+  }
+  if (!again) return is(MethodKind::path, "light only goes between surfaces");
+  constexpr double kThin = 1, kFewPixels = 4096, kLowAlbedo = 0.6;
+  if (depth < kThin) return is(MethodKind::path, "the clouds are thin: light scatters about once");
+  if (pixels < kFewPixels) return is(MethodKind::path, "so few pixels do not repay a photon map");
+  if (!sunlit && order < kLowAlbedo) return is(MethodKind::path, "by their own and the sky's light, clouds that absorb most of it end paths soon");
+  return is(MethodKind::photon, sunlit ? "sunlit thick clouds: all pixels share the photons" : "light scatters many times: all pixels share the photons");
 }
 
 /// The rays of a pixel share its samples. What is more than a pass can hold goes into further passes: of paths
@@ -146,9 +111,28 @@ std::optional<AdaptiveSettings> adaptive_of(const SensorDescription& sensor) {
 
 }  // namespace
 
-Plan make_plan(const Description& scene, const World& world) {
+Plan make_plan(const Description& scene, const MediaSummary& summary, double budget) {
   Plan plan;
-  plan.effects = effects_of(scene, world);
+  detail::Decisions effects = detail::decide(scene, summary, budget);
+  const bool single = effects.on("single scattering"), multiple = effects.on("multiple scattering");
+  const bool path = scene.render.method == MethodKind::path;
+  const bool reflects = effects.on("surfaces") && std::any_of(summary.intervals.begin(), summary.intervals.end(), [](const IntervalLimits& limits) { return limits.reflectance_max > 0; });
+  // Surfaces light one another by the map too, unless all that it holds was left out by bound or wish.
+  const bool scatters = std::any_of(summary.intervals.begin(), summary.intervals.end(), [](const IntervalLimits& limits) { return limits.scattering_depth > 0; });
+  const auto dropped = [&](const PlanRow& row) { return row.effect == "multiple scattering" && !row.on && (row.bound || scene.render.effects.count(row.effect)); };
+  const bool again = multiple || (reflects && (!scatters || std::none_of(effects.rows.begin(), effects.rows.end(), dropped)));
+  plan.maps = !path && (again || !scene.flux.empty());
+  const bool gather = gathers(scene, summary);
+  const detail::Costs costs = detail::predict_costs(scene, summary, {gather, single, multiple});
+  for (std::size_t e = 0; e < effects.rows.size(); ++e) {
+    PlanRow& row = effects.rows[e];
+    if ((row.on || row.bound) && costs.effects[e] > 0) row.cost_s = costs.effects[e];
+  }
+  plan.method = choose_method(scene, summary, effects, costs);
+  plan.effects = std::move(effects.rows);
+  plan.cuts = std::move(effects.cuts);
+  plan.budget = effects.budget;
+  plan.warnings = std::move(effects.warnings);
   plan.camera = camera_of(scene.sensor);
   plan.sampling.max_oversampling = scene.sensor.max_oversampling;
   plan.sampling.adaptive = adaptive_of(scene.sensor);
@@ -166,10 +150,12 @@ Plan make_plan(const Description& scene, const World& world) {
   plan.radiance.scattering_depth = scene.sensor.scattering_depth;
   plan.radiance.seed = scene.render.seed;
   plan.radiance.footprint_tolerance = scene.render.octree_tolerance;
-  if (scene.render.method == MethodKind::path) {
-    plan.radiance.gather_bounces = kAllBounces;
+  if (!single && scatters) plan.trace.scattering_depth = plan.radiance.scattering_depth = 0;
+  if (path) {
+    // Where nothing goes on after its first scattering, the pass along the camera's rays is all there is.
+    plan.radiance.gather_bounces = again ? kAllBounces : 0;
     share_samples(scene, plan);
-  } else if (gathers(scene, world)) {
+  } else if (again && gather) {
     plan.radiance.gather_bounces = 1;
     // Many questions, none of which shows by itself: the least points for each denominator do.
     plan.radiance.gather.rounds = 2;

@@ -125,6 +125,9 @@ Report make_report(const Description& scene, const Session& session, const Light
   report.hash = scene.hash;
   report.seed = scene.render.seed;
   report.plan = session.plan().effects;
+  report.budget = session.plan().budget;
+  report.method = {scene.render.method == MethodKind::path ? "path" : "photon",
+                   session.plan().method.cheaper == MethodKind::path ? "path" : "photon", session.plan().method.reason};
   for (std::size_t b = 0; b < light.bands.size(); ++b) {
     const EnergyTally& energy = light.bands[b].energy;
     report.energy.push_back({session.world().bands()[b].name(),
@@ -151,12 +154,13 @@ Report make_report(const Description& scene, const Session& session, const Light
                       {"film", rendered.film.anomalies()}};
   report.flux = flux_of(session, light);
   report.warnings = scene.warnings;
+  report.warnings.insert(report.warnings.end(), session.plan().warnings.begin(), session.plan().warnings.end());
   if (light.dropped_W > 0) {
     report.warnings.push_back("collisions of photons weaker than photon_power_min were not stored: " +
                               std::to_string(light.dropped_W) + " W of them");
   }
   for (const auto& [band, energy] : report.energy) {
-    if (energy.truncated_W > 0) {
+    if (energy.truncated_W > 0 && scene.sensor.scattering_depth) {
       report.warnings.push_back("scattering_depth cuts off " + std::to_string(energy.truncated_W) + " W in band \"" +
                                 band + "\": the image is too dark by at most that share of " +
                                 std::to_string(energy.emitted_W) + " W");
@@ -206,7 +210,8 @@ ImageOrigin origin_of(const Description& scene, const Session& session, double t
   origin.time_s = time_s;
   origin.has_bias = session.scene().render.method != MethodKind::path;
   origin.has_criterion = session.plan().sampling.adaptive.has_value();
-  origin.has_atmosphere = session.world().atmosphere().has_value();
+  origin.has_atmosphere = session.has_atmosphere();
+  origin.dropped_bound = session.plan().budget.dropped;
   return origin;
 }
 

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "photon/path_tracer.h"
+#include "sensor/view.h"
 
 namespace obscura {
 namespace {
@@ -22,18 +23,38 @@ bool same_photons(const TraceSettings& a, const TraceSettings& b) {
          a.scattering_depth == b.scattering_depth && a.seed == b.seed;
 }
 
+bool same_view(const SensorDescription& a, const SensorDescription& b) {
+  return a.position_m == b.position_m && a.look_at_m == b.look_at_m && a.up == b.up && a.projection == b.projection &&
+         a.fov_deg == b.fov_deg && a.width_m == b.width_m && a.resolution == b.resolution;
+}
+
 }  // namespace
 
-Session::Session(Description scene, double time_s, const Progress& progress)
-    : scene_(std::move(scene)),
-      built_(build_world(scene_, time_s, progress)),
-      plan_(make_plan(scene_, built_.world)),
-      rectangles_(rectangles_of(scene_)) {}
+Session::Session(Description scene, double time_s, const Progress& progress, std::optional<double> budget)
+    : scene_(std::move(scene)), budget_(budget),
+      built_(build_world(with_fewest_intervals(scene_), time_s, progress)),
+      has_atmosphere_(built_.world.atmosphere().has_value()),
+      rectangles_(rectangles_of(scene_)) {
+  summary_ = summarize(built_.world, view_of(Camera(camera_of(scene_.sensor))));
+  make_plan();
+}
+
+void Session::make_plan() {
+  Plan plan = obscura::make_plan(scene_, summary_, budget_.value_or(scene_.render.target_error.value_or(kDefaultBudget)));
+  if (plan.cuts != plan_.cuts) {
+    // Octrees and meshes are shared; what finds surfaces exists once at a time.
+    if (!whole_) whole_ = world().contents();
+    built_.world = World({});
+    built_.world = World(plan.cuts.any() ? reduced(*whole_, plan.cuts) : *whole_);
+    if (!plan.cuts.any()) whole_.reset();
+    light_.reset();
+  }
+  plan_ = std::move(plan);
+}
 
 const Light& Session::light(const Progress& progress) {
   if (!light_) {
-    light_ = scene_.render.method == MethodKind::path ? Light{}
-                                                      : trace_light(world(), plan_.trace, rectangles_, progress);
+    light_ = plan_.maps ? trace_light(world(), plan_.trace, rectangles_, progress) : Light{};
   }
   return *light_;
 }
@@ -41,16 +62,22 @@ const Light& Session::light(const Progress& progress) {
 void Session::look_from(const SensorDescription& sensor) { set(sensor, scene_.render); }
 
 void Session::set(SensorDescription sensor, const RenderDescription& render) {
+  const bool looks = !same_view(sensor, scene_.sensor);
   scene_.sensor = std::move(sensor);
+  if (looks) {
+    // Another view may call for what this one did without.
+    const View view = view_of(Camera(camera_of(scene_.sensor)));
+    summary_ = whole_ ? summarize(World(*whole_), view) : summarize(world(), view);
+  }
   set_render(render);
 }
 
 void Session::set_render(const RenderDescription& render) {
-  const MethodKind method = scene_.render.method;
+  const TraceSettings traced = plan_.trace;
+  const bool maps = plan_.maps;
   scene_.render = render;
-  Plan plan = make_plan(scene_, world());
-  if (!same_photons(plan.trace, plan_.trace) || render.method != method) light_.reset();
-  plan_ = std::move(plan);
+  make_plan();
+  if (!same_photons(plan_.trace, traced) || plan_.maps != maps) light_.reset();
 }
 
 Rendered Session::render(const Progress& progress, std::vector<int> tiles) {

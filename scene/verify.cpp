@@ -344,7 +344,7 @@ VerifiedScene compare_methods(const Description& scene, ByReferee<VerifyMethod> 
 }
 
 VerifiedScene verify_scene(const Description& scene, const VerifySettings& settings, const Progress& progress) {
-  Session session(scene, scene.time_s, progress);
+  Session session(scene, scene.time_s, progress, 0);
   ByReferee<VerifyMethod> methods;
   for (const Referee method : kReferees) methods[index_of(method)] = run_method(session, method, settings, progress);
   if (!progress.cancelled()) return compare_methods(scene, std::move(methods), settings);

@@ -119,6 +119,7 @@ Image develop(const Film& film, std::span<const Band> bands, const ImageOrigin& 
   image.metadata["obscura:scene_hash"] = origin.scene_hash;
   image.metadata["obscura:method"] = origin.method;
   image.metadata["obscura:time_s"] = origin.time_s;
+  image.metadata["obscura:dropped_bound"] = origin.dropped_bound;
   image.metadata["obscura:camera"] = camera_text(origin.camera);
   image.metadata["obscura:partial"] = film.partial() ? 1 : 0;
   image.metadata["obscura:done"] =

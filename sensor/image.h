@@ -56,6 +56,8 @@ struct ImageOrigin {
   std::string scene_hash;
   std::string method;
   double time_s = 0;
+  /// Sum of the bounds of effects that were left out, as an image error.
+  double dropped_bound = 0;
   /// Channels `<band>.bias` and `<band>.transmission_atmosphere`: only where they have a meaning.
   bool has_bias = false;
   bool has_atmosphere = false;

@@ -23,6 +23,7 @@ Command add_schema(CLI::App& program);
 Command add_verify(CLI::App& program);
 Command add_obscuration(CLI::App& program);
 Command add_study(CLI::App& program);
+Command add_plan(CLI::App& program);
 
 /// Commands that will come.
 const std::vector<std::string>& later_commands();

@@ -22,6 +22,7 @@ const char* const kFooter =
     "Examples:\n"
     "  obscura render smoke.json -o night.exr --preview night.png\n"
     "  obscura render smoke.json -o quick.exr --photons 1e5 --set /sensor/resolution=[80,60]\n"
+    "  obscura plan smoke.json\n"
     "  obscura info cloud.vdb\n"
     "  obscura convert cloud.nc cloud.vdb --tolerance 0.1%\n"
     "  obscura export image.exr --envi image.hdr\n"
@@ -86,7 +87,7 @@ int dispatch(int argc, char** argv) {
   program.set_help_flag("-h,--help", "Print this help");
   program.footer(kFooter);
   const std::vector<Command> commands = {add_render(program), add_info(program), add_convert(program),
-                                         add_compare(program), add_export(program), add_verify(program),
+                                         add_compare(program), add_export(program), add_plan(program), add_verify(program),
                                          add_obscuration(program), add_study(program), add_schema(program)};
   const std::vector<std::string> names = names_of(commands);
   if (const auto problem = command_problem(argc, argv, names)) return report({*problem});
@@ -116,7 +117,7 @@ int dispatch(int argc, char** argv) {
 }  // namespace
 
 const std::vector<std::string>& later_commands() {
-  static const std::vector<std::string> names = {"plan", "bake", "optics", "view"};
+  static const std::vector<std::string> names = {"bake", "optics", "view"};
   return names;
 }
 

@@ -22,7 +22,7 @@ namespace {
 struct RenderArguments {
   std::string scene, output, report, preview, rays;
   std::string method, photons, samples, time, target_error, time_limit, seed, memory;
-  std::vector<std::string> set;
+  std::vector<std::string> set, effects;
   Exports exports;
   int threads = 0;
   bool force = false, quiet = false;
@@ -52,6 +52,8 @@ std::vector<SceneEdit> edits_of(const RenderArguments& a, const CLI::App& app, s
   add("--time-limit", "/render/time_limit_s", number("--time-limit", a.time_limit, parse_seconds));
   add("--seed", "/render/seed", a.seed);
   add("--memory", "/render/memory_MiB", a.memory);
+  const std::vector<SceneEdit> forced = effect_edits(a.effects, problems);
+  edits.insert(edits.end(), forced.begin(), forced.end());
   return edits;
 }
 
@@ -173,6 +175,7 @@ Command add_render(CLI::App& program) {
   app->add_option("--samples", a->samples, "Paths per pixel of final gather and method path")->type_name("N")->group(wish);
   app->add_option("--time", a->time, "The picture's time: seconds, or 30s, 5min")->type_name("S")->group(wish);
   app->add_option("--seed", a->seed, "Seed of all random numbers")->type_name("N")->group(wish);
+  add_effect_option(*app, a->effects)->group(wish);
   app->add_option("--set", a->set, "Change any value of the scene, e.g. /sensor/fov_deg=5; may be repeated")
       ->type_name("/POINTER=VALUE")->type_size(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->allow_extra_args(false)->group(wish);
