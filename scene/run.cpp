@@ -234,7 +234,7 @@ namespace {
 AccurateImage make_image(Session& session, Stages& stages, const Progress& progress) {
   const RenderDescription& wish = session.scene().render;
   if (wish.target_error || wish.time_limit_s) {
-    const AccuracyGoal goal{wish.target_error, wish.time_limit_s, 0};
+    const AccuracyGoal goal{wish.target_error, wish.time_limit_s, session.plan().budget.dropped};
     AccurateImage made = render_to_goal(session, goal, [&stages] { return stages.since_begin(); }, progress);
     stages.end(made.accuracy);
     return made;
