@@ -77,7 +77,7 @@ TEST_CASE("a misspelt command or option is told what was meant", "[doors][cli]")
 
 TEST_CASE("later commands and options are refused by name", "[doors][cli]") {
   const Folder folder("later");
-  for (const char* command : {"plan", "bake", "optics", "view"}) {
+  for (const char* command : {"bake", "optics", "view"}) {
     const Said said = run_program(command);
     INFO(command);
     CHECK(said.exit_code == 2);
