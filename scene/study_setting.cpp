@@ -68,7 +68,7 @@ const char* name_of(Kernel kernel) noexcept {
 
 StudySetting scaled(const StudyTraits& traits, StudySetting s, double factor) {
   if (s.method == StudyMethod::ordinates) {
-    s.cells = rounded(s.cells * std::cbrt(factor), 1, 512);
+    s.cells = rounded(s.cells * std::cbrt(factor), 1, kMostCells);
   } else if (!traits.scatters) {
     s.rays = rounded(s.rays * factor, 1, traits.most_rays);
     if (s.samples > 0) s.samples = std::max(s.samples, s.rays);
