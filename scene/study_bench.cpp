@@ -96,7 +96,7 @@ SessionBench::Built& SessionBench::built_for(const StudySetting& setting, const 
   Built built;
   built.of = setting;
   const auto begin = now();
-  built.session = std::make_unique<Session>(std::move(scene), scene_.time_s, progress);
+  built.session = std::make_unique<Session>(std::move(scene), scene_.time_s, progress, setting.everything ? std::optional(0.0) : std::nullopt);
   built.world = now() - begin;
   for (const OctreeRecord& octree : built.session->octrees()) built.octree_bytes += static_cast<double>(octree.statistics.bytes);
   built_.push_front(std::move(built));

@@ -199,6 +199,7 @@ class Runs {
       run_job({{{s, "ladder"}}, 0, 1});
     }
     s.octree_tolerance = traits.given.octree_tolerance * kFinerOctree;
+    s.everything = true;
     if (traits.spectral) s.intervals = std::max(8, 2 * traits.most_intervals);
     if (refused(StudyMethod::path)) {
       study_.reference.method = name_of(StudyMethod::ordinates);
@@ -215,6 +216,7 @@ class Runs {
         if (cells == 16 || 2 * predict_s(finer) < kReferenceShare * settings_.budget_s) s.cells = cells;
       }
       s.octree_tolerance = traits.given.octree_tolerance * kFinerOctree;
+      s.everything = true;
       return;
     }
     study_.reference.method = name_of(StudyMethod::path);

@@ -31,6 +31,7 @@ struct StudySetting {
   double octree_tolerance = 1e-3;
   int intervals = 0;             ///< of each band that has wavelengths; 0: the scene's own
   int cells = 0, order = 0;      ///< ordinates: along the longest side; N of S_N
+  bool everything = false;       ///< no effect is left out on a bound: a reference
 
   bool operator==(const StudySetting&) const = default;
 };
@@ -69,7 +70,7 @@ struct StudyWork {
 StudyWork work_of(const StudySetting& setting);
 /// Whether two settings can share a World.
 inline bool same_world(const StudySetting& a, const StudySetting& b) noexcept {
-  return a.octree_tolerance == b.octree_tolerance && a.intervals == b.intervals;
+  return a.octree_tolerance == b.octree_tolerance && a.intervals == b.intervals && a.everything == b.everything;
 }
 
 /// "photon map, 500,000 photons, 64 nearest": what a reader needs to tell it from others of its method.
