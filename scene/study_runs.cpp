@@ -49,6 +49,8 @@ constexpr double kSameRung = 0.1;
 constexpr int kTriesPerTarget = 2;
 /// Below this share of the lowest target no error is of interest.
 constexpr double kFarBelow = 0.5;
+/// Of the budget, what a single run of ordinates may take before others wait no more.
+constexpr double kOtherShare = 0.03;
 /// How much more useful a method's first rung is than others of its time.
 constexpr double kWorthOfFirst = 50;
 /// How much a job of a method that is far from the best may be put back.
@@ -379,9 +381,12 @@ class Runs {
     add_targets(jobs);
     // A method that is far from the best one's efficiency waits.
     double best = std::numeric_limits<double>::infinity();
-    for (const auto& [method, ladder] : ladders_) best = std::min(best, efficiency(ladder));
+    for (const auto& [method, ladder] : ladders_) best = renders(method) ? std::min(best, efficiency(ladder)) : best;
     for (Job& job : jobs) {
-      const double own = efficiency(ladders_.at(job.parts.front().setting.method));
+      const StudyMethod method = job.parts.front().setting.method;
+      // What cannot render is there to compare with.
+      if (!renders(method) && job.predicted_s > kOtherShare * settings_.budget_s) job.worth *= kLeastWorth;
+      const double own = efficiency(ladders_.at(method));
       if (std::isfinite(own) && own > 0) job.worth *= std::clamp(best / own, kLeastWorth, 1.0);
     }
     return jobs;
