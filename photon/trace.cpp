@@ -262,6 +262,7 @@ class Chunk {
   }
 
   void store(Stored& list, const History& history, std::uint16_t label) {
+    if (!settings_.store) return;
     if (!(history.power >= settings_.photon_power_min)) {
       result_.dropped_W += history.power;
       return;

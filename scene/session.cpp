@@ -1,12 +1,17 @@
 #include "scene/session.h"
 
+#include <algorithm>
 #include <utility>
 
+#include "octree/base/error.h"
 #include "photon/path_tracer.h"
 #include "sensor/view.h"
 
 namespace obscura {
 namespace {
+
+/// Enough to tell where power goes to some tenths of a per cent.
+constexpr std::uint64_t kBalancePhotons = 65536;
 
 std::vector<FluxRectangle> rectangles_of(const Description& scene) {
   std::vector<FluxRectangle> rectangles;
@@ -54,9 +59,24 @@ void Session::make_plan() {
 
 const Light& Session::light(const Progress& progress) {
   if (!light_) {
-    light_ = plan_.maps ? trace_light(world(), plan_.trace, rectangles_, progress) : Light{};
+    light_ = plan_.maps ? trace_light(world(), plan_.trace, rectangles_, progress) : balance(progress);
   }
   return *light_;
+}
+
+Light Session::balance(const Progress& progress) const {
+  if (scene_.render.method == MethodKind::path) return {};
+  TraceSettings few = plan_.trace;
+  few.photons = std::min(few.photons, kBalancePhotons);
+  few.store = false;
+  try {
+    Light light = trace_light(world(), few, {}, progress);
+    light.maps.clear();
+    return light;
+  } catch (const NumericalError&) {
+    // Photons do not serve the World, and the image does not need them.
+    return {};
+  }
 }
 
 void Session::look_from(const SensorDescription& sensor) { set(sensor, scene_.render); }

@@ -28,7 +28,8 @@ class Session {
   bool has_atmosphere() const noexcept { return has_atmosphere_; }
   const std::vector<FluxRectangle>& rectangles() const noexcept { return rectangles_; }
 
-  /// The photon maps, traced at the first call; of method path nothing. @throws as trace_light()
+  /// The photon maps, traced at the first call; of method path nothing. Where the plan needs no maps, some photons
+  /// tell what becomes of the power, and none is stored. @throws as trace_light()
   const Light& light(const Progress& progress = {});
 
   /// Another camera: World and photon maps stay.
@@ -46,6 +47,7 @@ class Session {
  private:
   /// For the present scene and summary; brings the World in line with it.
   void make_plan();
+  Light balance(const Progress& progress) const;
 
   Description scene_;
   std::optional<double> budget_;

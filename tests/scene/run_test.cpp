@@ -184,3 +184,18 @@ TEST_CASE("an empty scene shows the sky exactly", "[scene][run]") {
   for (const float value : result.image.channel("grey.radiance")) CHECK(value == 0.7f);
   CHECK(!result.image.has("grey.temperature"));
 }
+
+TEST_CASE("a scene without scattering stores no photons and still tells where its power goes", "[scene][run][energy]") {
+  // A box of optical depth 2 along each axis: 4 pi k_a B V leave its voxels.
+  const std::string text = R"({"obscura": 1, "bands": [{"name": "grey"}],
+    "clouds": [{"grid": {"shape": "box", "size_m": [1, 1, 1], "voxel_m": 0.25}, "media": [{"extinction": 2}], "source": 3}],
+    "sensor": {"position_m": [0, -5, 0], "look_at_m": [0, 0, 0], "resolution": [4, 4]}, "render": {"photons": 1000000}})";
+  const Report report = run_scene(parse_scene(text, "."), {}).report;
+  CHECK(report.photons.emitted == 65536);
+  CHECK(report.photons.stored == 0);
+  const EnergyReport& energy = report.energy.at(0).second;
+  CHECK(energy.emitted_W == Approx(4 * kPi * 2 * 3).epsilon(1e-9));
+  CHECK(energy.absorbed_W + energy.escaped_W == Approx(energy.emitted_W).epsilon(1e-9));
+  CHECK(energy.absorbed_W > 0.1 * energy.emitted_W);
+  CHECK(run_scene(parse_scene(text, ".", {{"/render/photons", "500", ""}}), {}).report.photons.emitted == 500);
+}
