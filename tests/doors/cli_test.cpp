@@ -75,6 +75,27 @@ TEST_CASE("a misspelt command or option is told what was meant", "[doors][cli]")
   CHECK(run_program("render").exit_code == 2);
 }
 
+TEST_CASE("plan prints a table, or JSON and nothing else", "[doors][cli]") {
+  const Folder folder("plan");
+  const std::string scene = "plan '" + folder.file("scene.json") + "' --quiet";
+  const Said table = run_program(scene);
+  INFO(table.err);
+  CHECK(table.exit_code == 0);
+  for (const char* row : {"\nmultiple scattering", "\nmasking", "\nmethod  ", "\nbudget  image error 0.1 %"}) CHECK(contains(table.out, row));
+  const Said json = run_program(scene + " --json");
+  CHECK(json.exit_code == 0);
+  CHECK(json.out.rfind("{\n  \"plan\": [", 0) == 0);
+  CHECK(contains(json.out, "\"cost_s\""));
+  const Said forced = run_program(scene + " --effect absorption=off --json");
+  CHECK(forced.exit_code == 0);
+  CHECK(contains(forced.out, "forced off"));
+  CHECK(contains(forced.err, "\"absorption\" is forced off"));
+  const Said wrong = run_program(scene + " --effect absorbtion=on --effect sky=maybe");
+  CHECK(wrong.exit_code == 2);
+  CHECK(contains(wrong.err, "did you mean \"absorption\""));
+  CHECK(contains(wrong.err, "=on or =off"));
+}
+
 TEST_CASE("later commands and options are refused by name", "[doors][cli]") {
   const Folder folder("later");
   for (const char* command : {"bake", "optics", "view"}) {
@@ -83,7 +104,7 @@ TEST_CASE("later commands and options are refused by name", "[doors][cli]") {
     CHECK(said.exit_code == 2);
     CHECK(contains(said.err, std::string("\"") + command + "\" is not available yet"));
   }
-  for (const char* option : {"--target-error 3%", "--time-limit 5min", "--memory 100", "--method baked"}) {
+  for (const char* option : {"--memory 100", "--method baked"}) {
     const Said said = run_program("render '" + folder.file("scene.json") + "' -o '" + folder.file("a.exr") + "' " + option);
     INFO(option << said.err);
     CHECK(said.exit_code == 2);
