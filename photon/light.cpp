@@ -91,6 +91,7 @@ void Light::add_tallies(const Light& other) {
   dropped_W += share * (other.dropped_W - dropped_W);
   emitted = all;
   stored += other.stored;
+  work += other.work;
   bytes = std::max(bytes, other.bytes);
   anomalies += other.anomalies;
   partial = partial || other.partial;

@@ -185,4 +185,9 @@ TEST_CASE("photons are counted by what sent them, trial runs included", "[photon
     emitted += tried.work[static_cast<Work>(w)];
   }
   CHECK(emitted > tried.emitted);
+
+  // Passes add up.
+  Light sum;
+  for (int pass = 0; pass < 2; ++pass) sum.add_tallies(light);
+  CHECK(sum.work[Work::collisions] == 2 * light.work[Work::collisions]);
 }
