@@ -132,28 +132,73 @@ void DirectLight::add_air() {
   }
 }
 
-double light_along(const World& world, int interval, const Ray& ray, CoarseCells* coarse) noexcept {
-  const double extinction = world.air_extinction(interval);
-  const double black = world.air_radiance(interval);
+namespace {
+
+/// The segments of one cloud that does not repeat: nothing has to be merged.
+class PlainWalk {
+ public:
+  PlainWalk(const World& world, int interval, const Ray& ray) noexcept
+      : optics_(world.optics(0, interval)), walk_(*world.clouds()[0].octree, transform_ray(world.frame(0).world_to_index, ray)) {}
+  bool next() noexcept {
+    while (walk_.next()) {
+      if (!walk_.empty()) return true;
+    }
+    return false;
+  }
+  double begin() const noexcept { return walk_.begin(); }
+  double end() const noexcept { return walk_.end(); }
+  LocalOptics optics() const noexcept {
+    return optics_.at([this](int channel) noexcept { return walk_.value(channel); });
+  }
+
+ private:
+  const CloudOptics& optics_;
+  Walk walk_;
+};
+
+/// @param walk WorldWalk or what is like it
+template <bool kAir, bool kCoarse, class Segments>
+[[gnu::flatten]] double sum_along(Segments&& walk, double extinction, double black, CoarseCells* coarse, double& total) noexcept {
   double radiance = 0;
   double transmission = 1;
-  WorldWalk walk(world, interval, ray, coarse);
   while (walk.next() && transmission > 0) {
-    const LocalOptics& local = walk.optics();
+    const LocalOptics local = walk.optics();
     const double length = walk.end() - walk.begin();
     const double depth = local.extinction * length;
     double source = local.emission;
     double seen = transmission;
-    if (extinction > 0) {
+    if constexpr (kAir) {
       // What the cloud hides of the air behind is as bright as the air in front of it: METHODS.md.
       radiance += transmission * one_minus_exp(depth) * black;
       source -= local.extinction * black;
       seen *= std::exp(-extinction * walk.begin());
     }
-    radiance += seen * source * length * mean_transmission(depth + extinction * length);
+    radiance += seen * source * length * mean_transmission(kAir ? depth + extinction * length : depth);
     transmission *= std::exp(-depth);
-    if (coarse) coarse->passed(depth, transmission);
+    total += depth;
+    if constexpr (kCoarse) coarse->passed(depth, transmission);
   }
+  return radiance;
+}
+
+}  // namespace
+
+double light_along(const World& world, int interval, const Ray& ray, CoarseCells* coarse, double* depth) noexcept {
+  const double extinction = world.air_extinction(interval);
+  const double black = world.air_radiance(interval);
+  const bool air = extinction > 0;
+  double total = 0, radiance = 0;
+  if (coarse) {
+    radiance = air ? sum_along<true, true>(WorldWalk(world, interval, ray, coarse), extinction, black, coarse, total)
+                   : sum_along<false, true>(WorldWalk(world, interval, ray, coarse), 0, 0, coarse, total);
+  } else if (world.cloud_count() == 1 && !world.periodic()) {
+    radiance = air ? sum_along<true, false>(PlainWalk(world, interval, ray), extinction, black, nullptr, total)
+                   : sum_along<false, false>(PlainWalk(world, interval, ray), 0, 0, nullptr, total);
+  } else {
+    radiance = air ? sum_along<true, false>(WorldWalk(world, interval, ray), extinction, black, nullptr, total)
+                   : sum_along<false, false>(WorldWalk(world, interval, ray), 0, 0, nullptr, total);
+  }
+  if (depth) *depth = total;
   return radiance;
 }
 

@@ -100,6 +100,7 @@ class DiscPlaces {
   DiscPlaces(std::uint64_t seed, std::uint64_t history, std::uint32_t purpose) noexcept
       : stream_(seed, history >> 1, purpose), opposite_(history & 1) {}
   Vec3d toward(const Sun& sun) noexcept {
+    if (!(sun.diameter > 0)) return sun.toward;
     const double u = stream_.uniform();
     const double v = stream_.uniform() + (opposite_ ? 0.5 : 0.0);
     return cone_direction(sun.toward, std::sin(0.5 * sun.diameter), u, v).first;
@@ -333,6 +334,8 @@ class DirectLight {
 /// Light along a ray through clouds and air that are not at its end, W/m2/sr: exact segment by segment.
 /// The clouds' own emission, and the air's, of which the clouds hide what is behind them.
 /// @param coarse null, or what decides about coarse cells; it then knows the clouds' optical depth
-double light_along(const World& world, int interval, const Ray& ray, CoarseCells* coarse = nullptr) noexcept;
+/// @param depth  null, or where to put the clouds' optical depth: what of it is behind no light at all may be left out
+double light_along(const World& world, int interval, const Ray& ray, CoarseCells* coarse = nullptr,
+                   double* depth = nullptr) noexcept;
 
 }  // namespace obscura::detail

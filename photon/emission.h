@@ -2,6 +2,7 @@
 // interval, with weights that make up for any other choice.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <span>
@@ -42,6 +43,10 @@ class PhotonEmitter {
 
   int interval() const noexcept { return interval_; }
   bool emits() const noexcept { return !sources_.empty(); }
+  /// Clouds are among the sources.
+  bool has_clouds() const noexcept {
+    return std::any_of(sources_.begin(), sources_.end(), [](const Source& source) { return source.kind == Kind::cloud; });
+  }
   /// Power of all sources, W.
   double power() const noexcept { return power_; }
 

@@ -62,6 +62,7 @@ class Pass {
   }
 
   RadianceCounts run() {
+    if (is_straight()) return run_straight();
     legs_.reserve(rays_.size());
     for (std::size_t i = 0; i < rays_.size(); ++i) {
       incoming_[i] = {};
@@ -91,6 +92,114 @@ class Pass {
   }
 
  private:
+  /// Nothing turns light into a ray, or the ray itself: all that there is lies along it.
+  bool is_straight() const {
+    const bool scatters = world_.scatters(interval_) && settings_.scattering_depth.value_or(1) > 0;
+    return !scatters && !world_.surfaces_reflect(interval_) && !(narrowest_spot_ < kInfinity);
+  }
+
+  /// The same as run() with one leg a ray, and none of what serves more.
+  RadianceCounts run_straight() {
+    const bool masked = !world_.surfaces().empty();
+    const bool emits = settings_.parts.emission && world_.emits(interval_);
+    const std::optional<double> source = air_ > 0 ? std::nullopt : world_.uniform_source(interval_);
+    // Where leaves are followed in any case, they tell the depth too.
+    const bool followed = (emits && !source) || (air_ > 0 && attenuates_ && settings_.parts.emission);
+    WorkCounts& work = counts_.work;
+    if (masked) work[Work::masking] += rays_.size();
+    if (air_ > 0) work[Work::atmosphere] += rays_.size();
+    if (attenuates_) work[Work::extinction] += rays_.size();
+
+    std::vector<SurfaceHit> hits;
+    std::vector<Ray> ended;
+    std::span<const Ray> rays = rays_;
+    if (masked) {
+      hits.resize(rays_.size());
+      if (attenuates_ || air_ > 0) ended.assign(rays_.begin(), rays_.end());
+      for (std::size_t i = 0; i < hits.size(); ++i) {
+        if (world_.permeable()) {
+          Stream stream(settings_.seed, histories_[i], purpose_of(Purpose::radiance, kMeetStep));
+          hits[i] = world_.meet(rays_[i], {}, stream);
+        } else {
+          hits[i] = world_.surfaces().intersect(rays_[i]);
+        }
+        if (!ended.empty()) ended[i].t_max = std::min(rays_[i].t_max, hits[i].t);
+      }
+      if (!ended.empty()) rays = ended;
+    }
+    std::vector<double> depths(attenuates_ ? rays.size() : 0);
+    if (attenuates_ && !followed) world_.optical_depths(interval_, rays, depths);
+
+    const Straight straight{rays, hits, depths, source, emits, followed};
+    if (masked) {
+      air_ > 0 ? add_up<true, true>(straight) : add_up<true, false>(straight);
+    } else {
+      air_ > 0 ? add_up<false, true>(straight) : add_up<false, false>(straight);
+    }
+    return counts_;
+  }
+
+  /// What is known of straight rays: where each ends, and the clouds' depth unless leaves are followed.
+  struct Straight {
+    std::span<const Ray> rays;
+    std::span<const SurfaceHit> hits;
+    std::span<const double> depths;
+    std::optional<double> source;
+    bool emits, followed;
+  };
+
+  template <bool kMasked, bool kAir>
+  void add_up(const Straight& straight) {
+    const bool background = settings_.parts.background, discs = settings_.parts.sun_disc && !world_.suns().empty();
+    const bool glows = world_.glows(interval_), followed = straight.followed, emits = straight.emits;
+    const double sky = world_.sky(interval_), source = straight.source.value_or(0.0);
+    const double* depths = followed || straight.depths.empty() ? nullptr : straight.depths.data();
+    const Ray* rays = straight.rays.data();
+    Incoming* incoming = incoming_.data();
+    std::uint64_t emissions = 0;
+    for (std::size_t i = 0; i < straight.rays.size(); ++i) {
+      double depth = depths ? depths[i] : 0.0;
+      double along = 0;
+      if (followed) {
+        along = detail::light_along(world_, interval_, rays[i], nullptr, &depth);
+        emissions += emits && (depth > 0 || glows);
+      } else if (emits && depth > 0) {
+        along = source * one_minus_exp(depth);
+        ++emissions;
+      }
+      const double transmission = depth > 0 ? std::exp(-depth) : 1.0;
+      double direct = 0;
+      if (background) {
+        bool met = false;
+        if constexpr (kMasked) met = straight.hits[i].exists();
+        direct = transmission * (met ? surface_behind(rays[i], straight.hits[i])
+                                 : discs ? world_.background(interval_, rays[i].direction)
+                                         : sky);
+      }
+      direct += along;
+      if (!std::isfinite(direct)) {
+        direct = 0;
+        ++counts_.anomalies;
+      }
+      Incoming& in = incoming[i];
+      in.direct = direct;
+      in.map.fill(0);
+      in.bias = in.variance = 0;
+      in.transmission = transmission;
+      in.transmission_air = kAir ? air(rays[i].t_max) : 1.0;
+      in.distance = kMasked ? straight.hits[i].t : kInfinity;
+    }
+    counts_.work[Work::emission] += emissions;
+  }
+
+  /// What a surface sends along the ray that has met it.
+  double surface_behind(const Ray& ray, const SurfaceHit& hit) {
+    ++counts_.work[Work::surfaces];
+    const SurfacePoint at = world_.surface_at(interval_, ray, hit);
+    const double behind = at.emission(at.cosine);
+    return air_ > 0 ? air(hit.t) * behind + (1 - air(hit.t)) * world_.air_radiance(interval_) : behind;
+  }
+
   void find_surfaces() {
     counts_.work[Work::masking] += legs_.size();
     for (Leg& leg : legs_) {
@@ -161,10 +270,7 @@ class Pass {
     for (const Leg& leg : legs_) {
       double behind;
       if (leg.hit.exists()) {
-        ++counts_.work[Work::surfaces];
-        const SurfacePoint at = world_.surface_at(interval_, leg.ray, leg.hit);
-        behind = at.emission(at.cosine);
-        if (air_ > 0) behind = air(leg.hit.t) * behind + (1 - air(leg.hit.t)) * world_.air_radiance(interval_);
+        behind = surface_behind(leg.ray, leg.hit);
       } else {
         behind = world_.background(interval_, leg.ray.direction, leg.discs);
       }
@@ -211,15 +317,23 @@ class Pass {
     }
     std::vector<FreePath> ends(flights.size());
     world_.reach_depths(interval_, flights, ends);
+    // Of one medium in leaves that are not thick, nothing has to be looked up where it collides.
+    const CloudOptics::Part* only = world_.has_thick_leaves(interval_) ? nullptr : world_.only_medium(interval_);
     std::size_t kept = 0;
     for (std::size_t k = 0; k < flights.size(); ++k) {
       // Rounding at the far border of a cloud may leave the last bit of depth unreached: no point there.
       if (!ends[k].collided) continue;
-      const LocalOptics local = world_.at_collision(interval_, flights[k], ends[k]);
-      if (!(local.scattering > 0)) continue;
+      double albedo;
+      if (only) {
+        albedo = only->scattering / only->extinction;
+      } else {
+        const LocalOptics local = world_.at_collision(interval_, flights[k], ends[k]);
+        if (!(local.scattering > 0)) continue;
+        albedo = local.scattering / local.extinction;
+      }
       ScatteringPoint point = points_[k];
       point.t = ends[k].t;
-      point.weight *= local.scattering / local.extinction * air(point.t);
+      point.weight *= albedo * air(point.t);
       points_[kept++] = point;
     }
     points_.resize(kept);
@@ -311,6 +425,7 @@ class Pass {
       }
     };
     check(in.direct);
+    if (counts_.work[Work::map] == 0) return;
     check(in.bias);
     for (double& batch : in.map) check(batch);
   }

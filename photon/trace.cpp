@@ -336,11 +336,14 @@ TraceResult trace_photons(const World& world, const PhotonEmitter& emitter, cons
     const double share = 1.0 / (static_cast<double>(batches) * static_cast<double>(count));
 
     // In the order of the first number, neighbours come from the same voxels.
-    std::vector<std::pair<double, std::uint32_t>> order(count);
-    tbb::parallel_for(std::uint64_t{0}, count, [&](std::uint64_t i) {
-      order[i] = {numbers(i)[0], static_cast<std::uint32_t>(i)};
-    });
-    tbb::parallel_sort(order.begin(), order.end());
+    std::vector<std::pair<double, std::uint32_t>> order;
+    if (emitter.has_clouds()) {
+      order.resize(count);
+      tbb::parallel_for(std::uint64_t{0}, count, [&](std::uint64_t i) {
+        order[i] = {numbers(i)[0], static_cast<std::uint32_t>(i)};
+      });
+      tbb::parallel_sort(order.begin(), order.end());
+    }
 
     const std::size_t chunks = (count + kChunk - 1) / kChunk;
     std::vector<ChunkResult> parts(chunks);
@@ -355,7 +358,7 @@ TraceResult trace_photons(const World& world, const PhotonEmitter& emitter, cons
       std::vector<History> histories;
       histories.reserve(end - begin);
       for (std::size_t i = begin; i < end; ++i) {
-        const std::uint64_t id = order[i].second;
+        const std::uint64_t id = order.empty() ? i : order[i].second;
         const EmittedPhoton photon = emitter.emit(numbers(id), cache);
         const double power = photon.power * share;
         if (!std::isfinite(power)) {

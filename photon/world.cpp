@@ -75,6 +75,9 @@ LocalOptics walk_to_depth(const World& world, int interval, const Flight& flight
   return {};
 }
 
+/// The batched walk is right to 2e-5 of a leaf: in one of this optical depth that is farther than light goes.
+constexpr double kThick = 100;
+
 /// The longest side of a cloud's leaves in the world, of bricks at least, m.
 double largest_leaf(const Cloud& cloud) noexcept {
   int level = 3;
@@ -377,9 +380,17 @@ LocalOptics World::at(int interval, const Vec3d& point) const noexcept {
   return result;
 }
 
+bool World::has_thick_leaves(int interval) const noexcept {
+  double most = 0;
+  for (int c = 0; c < cloud_count(); ++c) {
+    for (const CloudOptics::Part& part : optics(c, interval).parts()) {
+      most += part.extinction * static_cast<double>(clouds()[static_cast<std::size_t>(c)].octree->bounds(part.channel).max);
+    }
+  }
+  return most * largest_leaf_m_ > kThick;
+}
+
 LocalOptics World::at_collision(int interval, const Flight& flight, FreePath& end) const noexcept {
-  // The batched walk is right to 2e-5 of a leaf: in a thick one that is farther than light goes.
-  constexpr double kThick = 100;
   const LocalOptics here = at(interval, flight.ray.at(end.t));
   if (here.extinction > 0 && here.extinction * largest_leaf_m_ <= kThick) return here;
   return walk_to_depth(*this, interval, flight, end);
@@ -402,8 +413,14 @@ double World::background(int interval, const Vec3d& direction, bool discs) const
 
 void World::optical_depths(int interval, std::span<const Ray> rays,
                            std::span<double> depths) const {
-  std::fill(depths.begin(), depths.end(), 0.0);
   std::vector<Ray> pieces;
+  if (cloud_count() == 1 && !frame(0).periodic()) {
+    pieces.resize(rays.size());
+    for (std::size_t i = 0; i < rays.size(); ++i) pieces[i] = transform_ray(frame(0).world_to_index, rays[i]);
+    obscura::optical_depths(*clouds().front().octree, pieces, optics(0, interval).extinction_weights(), depths);
+    return;
+  }
+  std::fill(depths.begin(), depths.end(), 0.0);
   std::vector<double> parts;
   for (int c = 0; c < cloud_count(); ++c) {
     const Octree& octree = *clouds()[static_cast<std::size_t>(c)].octree;

@@ -179,6 +179,8 @@ class World {
   /// what the flight collided with, or where leaves are thick, the flight is walked again in double and the
   /// end put right; it may turn out not to have collided.
   LocalOptics at_collision(int interval, const Flight& flight, FreePath& end) const noexcept;
+  /// Somewhere a leaf may be so thick that it is.
+  bool has_thick_leaves(int interval) const noexcept;
   /// A point moved into the first periodic cell.
   Vec3d wrap(const Vec3d& point) const noexcept;
   /// The index-space point of a cloud, wrapped into its cell where it is periodic.
@@ -199,6 +201,8 @@ class World {
   /// The first surface in the ray's way. Where materials are permeable, numbers of the stream decide which
   /// are passed through.
   SurfaceHit meet(const Ray& ray, FaceId from, Stream& stream) const noexcept;
+  /// Whether there are such materials; else surfaces() alone tells.
+  bool permeable() const noexcept { return permeable_; }
   bool blocked(const Ray& ray, FaceId from, Stream& stream) const noexcept;
   /// What the ray has met there; the hit has to exist.
   SurfacePoint surface_at(int interval, const Ray& ray, const SurfaceHit& hit) const noexcept;

@@ -14,28 +14,9 @@
 
 #include "octree/base/random.h"
 #include "octree/voxels.h"
+#include "tests/bench/noise.h"
 
 namespace obscura::bench {
-
-/// A smooth lattice noise in [0, 1): trilinear between hashed corners.
-inline double value_noise(std::uint32_t seed, double x, double y, double z) {
-  const double fx = std::floor(x), fy = std::floor(y), fz = std::floor(z);
-  const auto corner = [&](int k) {
-    std::uint32_t h = seed;
-    for (const int v : {static_cast<int>(fx) + (k & 1), static_cast<int>(fy) + (k >> 1 & 1), static_cast<int>(fz) + (k >> 2)}) {
-      h = (h ^ static_cast<std::uint32_t>(v)) * 0x9E3779B1u;
-      h ^= h >> 15;
-      h *= 0x85EBCA77u;
-      h ^= h >> 13;
-    }
-    return h * 0x1p-32;
-  };
-  const auto ease = [](double t) { return t * t * (3 - 2 * t); };
-  const double u = ease(x - fx), v = ease(y - fy), w = ease(z - fz);
-  const auto mix = [](double a, double b, double t) { return a + (b - a) * t; };
-  return mix(mix(mix(corner(0), corner(1), u), mix(corner(2), corner(3), u), v),
-             mix(mix(corner(4), corner(5), u), mix(corner(6), corner(7), u), v), w);
-}
 
 /// Fills a grid leaf by leaf from a function of the voxel; leaves that the function keeps 0 are not made.
 /// `possible(centre, radius)` says whether anything can be in a ball of voxels.
@@ -70,21 +51,9 @@ openvdb::FloatGrid::Ptr make_grid(int n, Possible&& possible, Value&& value) {
 
 /// Billows down to the voxel inside a ball: rough in every cell.
 inline openvdb::FloatGrid::Ptr rough_fractal(int n) {
-  const double centre = 0.5 * n, radius = 0.42 * n;
   return make_grid(
-      n,
-      [=](double x, double y, double z, double r) { return std::hypot(x - centre, y - centre, z - centre) < radius + r; },
-      [=](int x, int y, int z) {
-        const double far = std::hypot(x - centre, y - centre, z - centre) / radius;
-        if (far >= 1) return 0.0f;
-        double sum = 0, amplitude = 0.5, frequency = 5.0 / n;
-        for (std::uint32_t octave = 0; frequency < 0.6; ++octave) {
-          sum += amplitude * value_noise(octave, x * frequency, y * frequency, z * frequency);
-          amplitude *= 0.62;
-          frequency *= 2;
-        }
-        return static_cast<float>(std::max(0.0, sum - 0.62 - 0.25 * far * far));
-      });
+      n, [=](double x, double y, double z, double r) { return std::hypot(x - 0.5 * n, y - 0.5 * n, z - 0.5 * n) < kFractalRadius * n + r; },
+      [=](int x, int y, int z) { return fractal_density(n, x, y, z); });
 }
 
 /// A plume that bends and widens: smooth in every cell.

@@ -18,22 +18,6 @@ namespace {
 
 std::string table(const std::string& name) { return std::string(OBSCURA_TEST_DATA_DIR) + "/reference/" + name; }
 
-/// Light of a sun at mu0: shares reflected, transmitted after scattering, absorbed.
-struct SlabShares {
-  double up, down, absorbed;
-  int sweeps;
-  double residual;
-};
-
-SlabShares slab_shares(const SlabWish& slab, const OrdinatesSettings& settings) {
-  const World world(slab_contents(slab));
-  const OrdinatesSolution solution = solve_ordinates(world, 0, settings);
-  const OrdinatesPowers& powers = solution.powers();
-  const double in = 64 * (slab.mu0 > 0 ? slab.mu0 : slab.sky > 0 ? kPi : 1.0);
-  return {powers.left[2][1] / in, powers.left[2][0] / in, (powers.absorbed + powers.first_absorbed) / in,
-          solution.iterations(), powers.residual()};
-}
-
 World cube(const CloudWish& wish, double sky, double sun = 0) {
   WorldContents contents = grey_contents(wish, sky);
   if (sun > 0) contents.sun = Sun{Vec3d(0.3, -0.4, 0.8).normalized(), {sun}, 0};

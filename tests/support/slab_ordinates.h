@@ -2,6 +2,7 @@
 #pragma once
 
 #include "photon/ordinates.h"
+#include "tests/support/slabs.h"
 
 namespace obscura::test {
 
@@ -11,6 +12,22 @@ inline OrdinatesSettings slab_settings(int cells, int order) {
   settings.order = order;
   settings.quadrature = AngularQuadrature::double_gauss;
   return settings;
+}
+
+/// Light of a sun at mu0: shares reflected, transmitted after scattering, absorbed.
+struct SlabShares {
+  double up, down, absorbed;
+  int sweeps;
+  double residual;
+};
+
+inline SlabShares slab_shares(const SlabWish& slab, const OrdinatesSettings& settings) {
+  const World world(slab_contents(slab));
+  const OrdinatesSolution solution = solve_ordinates(world, 0, settings);
+  const OrdinatesPowers& powers = solution.powers();
+  const double in = 64 * (slab.mu0 > 0 ? slab.mu0 : slab.sky > 0 ? kPi : 1.0);
+  return {powers.left[2][1] / in, powers.left[2][0] / in, (powers.absorbed + powers.first_absorbed) / in,
+          solution.iterations(), powers.residual()};
 }
 
 }  // namespace obscura::test
