@@ -113,19 +113,15 @@ class Pass {
     std::vector<SurfaceHit> hits;
     std::vector<Ray> ended;
     std::span<const Ray> rays = rays_;
-    if (masked) {
+    // Only what lies along a ray has to know beforehand where it ends.
+    if (masked && (attenuates_ || followed || air_ > 0)) {
       hits.resize(rays_.size());
-      if (attenuates_ || air_ > 0) ended.assign(rays_.begin(), rays_.end());
+      ended.assign(rays_.begin(), rays_.end());
       for (std::size_t i = 0; i < hits.size(); ++i) {
-        if (world_.permeable()) {
-          Stream stream(settings_.seed, histories_[i], purpose_of(Purpose::radiance, kMeetStep));
-          hits[i] = world_.meet(rays_[i], {}, stream);
-        } else {
-          hits[i] = world_.surfaces().intersect(rays_[i]);
-        }
-        if (!ended.empty()) ended[i].t_max = std::min(rays_[i].t_max, hits[i].t);
+        hits[i] = first_hit(i);
+        ended[i].t_max = std::min(rays_[i].t_max, hits[i].t);
       }
-      if (!ended.empty()) rays = ended;
+      rays = ended;
     }
     std::vector<double> depths(attenuates_ ? rays.size() : 0);
     if (attenuates_ && !followed) world_.optical_depths(interval_, rays, depths);
@@ -139,7 +135,14 @@ class Pass {
     return counts_;
   }
 
-  /// What is known of straight rays: where each ends, and the clouds' depth unless leaves are followed.
+  SurfaceHit first_hit(std::size_t i) {
+    if (!world_.permeable()) return world_.surfaces().intersect(rays_[i]);
+    Stream stream(settings_.seed, histories_[i], purpose_of(Purpose::radiance, kMeetStep));
+    return world_.meet(rays_[i], {}, stream);
+  }
+
+  /// What is known of straight rays: where each ends unless that does not matter yet, and the clouds' depth unless
+  /// leaves are followed.
   struct Straight {
     std::span<const Ray> rays;
     std::span<const SurfaceHit> hits;
@@ -157,7 +160,10 @@ class Pass {
     const Ray* rays = straight.rays.data();
     Incoming* incoming = incoming_.data();
     std::uint64_t emissions = 0;
+    const bool ends_known = !straight.hits.empty();
     for (std::size_t i = 0; i < straight.rays.size(); ++i) {
+      SurfaceHit hit;
+      if constexpr (kMasked) hit = ends_known ? straight.hits[i] : first_hit(i);
       double depth = depths ? depths[i] : 0.0;
       double along = 0;
       if (followed) {
@@ -167,12 +173,10 @@ class Pass {
         along = source * one_minus_exp(depth);
         ++emissions;
       }
-      const double transmission = depth > 0 ? std::exp(-depth) : 1.0;
+      const double transmission = depth == 0 ? 1.0 : std::exp(-depth);
       double direct = 0;
       if (background) {
-        bool met = false;
-        if constexpr (kMasked) met = straight.hits[i].exists();
-        direct = transmission * (met ? surface_behind(rays[i], straight.hits[i])
+        direct = transmission * (kMasked && hit.exists() ? surface_behind(rays[i], hit)
                                  : discs ? world_.background(interval_, rays[i].direction)
                                          : sky);
       }
@@ -187,7 +191,7 @@ class Pass {
       in.bias = in.variance = 0;
       in.transmission = transmission;
       in.transmission_air = kAir ? air(rays[i].t_max) : 1.0;
-      in.distance = kMasked ? straight.hits[i].t : kInfinity;
+      in.distance = kMasked ? hit.t : kInfinity;
     }
     counts_.work[Work::emission] += emissions;
   }

@@ -426,7 +426,7 @@ int main(int argc, char** argv) {
     const PhotonEmitter emitter(world, 0);
     TraceSettings settings;
     settings.photons = 16 * 2048;
-    // What is compared is the stored power per cell of the map.
+    // What is compared is how many are stored.
     const auto spread = [](const std::vector<Photon>& photons, std::vector<double>& radiance) {
       std::fill(radiance.begin(), radiance.end(), 0.0);
       radiance[0] = static_cast<double>(photons.size());
