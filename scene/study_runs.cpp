@@ -373,6 +373,7 @@ class Runs {
     for (const StudyMethod method : kStudyMethods) {
       Ladder& ladder = ladders_.at(method);
       if (refused(method)) continue;
+      climb(ladder);
       const bool up = ladder.ended.empty() && improves(ladder);
       if (up && !measured(ladder.next)) jobs.push_back(job_of({{ladder.next, "ladder"}}, ladder.rungs.empty() ? kWorthOfFirst : 1));
       if (ladder.rungs.size() >= kRungsFirst || (!up && !ladder.rungs.empty())) vary(ladder, up, jobs);
@@ -393,6 +394,18 @@ class Runs {
   }
   double efficiency(const Ladder& ladder) const {
     return ladder.rungs.empty() ? std::numeric_limits<double>::infinity() : worth(best_rung(ladder));
+  }
+
+  /// Rungs that were measured for another purpose.
+  void climb(Ladder& ladder) {
+    for (int run = find(ladder.next); run >= 0 && ladder.ended.empty() && improves(ladder); run = find(ladder.next)) {
+      if (std::find(ladder.rungs.begin(), ladder.rungs.end(), run) != ladder.rungs.end()) return;
+      StudyRun& rung = study_.runs[static_cast<std::size_t>(run)];
+      rung.purpose = "ladder";
+      rung.base = -1;
+      ladder.rungs.push_back(run);
+      ladder.next = scaled(bench_.traits(), rung.setting, kRung);
+    }
   }
 
   StudySetting given() const {

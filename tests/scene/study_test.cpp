@@ -27,8 +27,8 @@ using Json = nlohmann::json;
 /// gather both, smaller. Times are proportional to the work. Every pixel has the same error.
 class PretendedBench final : public StudyBench {
  public:
-  PretendedBench() {
-    traits_.given.method = StudyMethod::gather;
+  explicit PretendedBench(StudyMethod given = StudyMethod::gather) {
+    traits_.given.method = given;
     traits_.given.photons = 1000000;
     traits_.given.nearest = 64;
     traits_.given.samples = 64;
@@ -235,6 +235,15 @@ TEST_CASE("the settings to use are the cheapest that reach the error", "[study]"
       if (x.full.cpu() < y.full.cpu()) CHECK(x.error.error.value() > y.error.error.value());
     }
   }
+}
+
+TEST_CASE("the scene's own setting is a rung, whoever asks for it first", "[study]") {
+  PretendedBench bench(StudyMethod::path);
+  const Study study = study_of(bench, 40);
+  REQUIRE(study.as_given >= 0);
+  CHECK(study.runs[static_cast<std::size_t>(study.as_given)].purpose == "ladder");
+  CHECK(study.runs[static_cast<std::size_t>(study.as_given)].setting.samples == 64);
+  CHECK(std::any_of(study.runs.begin(), study.runs.end(), [](const StudyRun& r) { return r.purpose == "ladder" && r.setting.samples == 256; }));
 }
 
 TEST_CASE("every knob is varied alone", "[study]") {
