@@ -9,14 +9,14 @@ namespace {
 
 // Seconds on one core, measured on a 2020s machine of 3 GHz (METHODS.md says how).
 constexpr double kRay = 1.0e-6;        // a camera ray, with its share of the film
-constexpr double kMeet = 0.4e-6;       // a surface found or missed
+constexpr double kMeet = 0.8e-6;       // a surface found or missed
 constexpr double kStep = 4e-9;         // a segment of the batched walk
 constexpr double kWalk = 25e-9;        // a segment of the walk in double, where emission is followed
-constexpr double kPoint = 0.5e-6;      // a scattering point placed, or a path's next one
-constexpr double kShadow = 0.5e-6;     // a shadow ray beside its segments
+constexpr double kPoint = 1e-6;      // a scattering point placed, or a path's next one
+constexpr double kShadow = 1e-6;     // a shadow ray beside its segments
 constexpr double kCollision = 0.6e-6;  // of a photon, stored
 constexpr double kBuild = 0.5e-6;      // a stored photon's part in the tree
-constexpr double kLookup = 0.03e-6;    // a photon found by an estimate
+constexpr double kLookup = 0.05e-6;    // a photon found by an estimate
 constexpr double kSpotRays = 0.25;     // of the rays that a pixel may have, adaptive pixels get this share
 
 /// Collisions or reflections of a photon or a path: a geometric series of chances to go on.
