@@ -35,8 +35,9 @@ bool gathers(const Description& scene, const MediaSummary& summary) {
   });
 }
 
-/// Which method brings the same error sooner. What decides was measured (METHODS.md): paths waste nothing where light
-/// scatters about once, where it is absorbed soon, and where few pixels do not repay a map; photons are shared by all pixels.
+/// Which method should bring the same error sooner, by rules of thumb: paths waste nothing where light scatters about
+/// once, where it is absorbed soon, and where few pixels do not repay a map; photons are shared by all pixels. A target
+/// error asks a pilot instead (accuracy.h).
 MethodChoice choose_method(const Description& scene, const MediaSummary& summary, const detail::Decisions& effects,
                            const detail::Costs& costs) {
   MethodChoice choice;

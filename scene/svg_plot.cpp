@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -61,6 +62,25 @@ std::array<double, 2> range_of(const std::vector<double>& values) {
 std::string number_text(double value) {
   if (value >= 1e6 || value < 1e-4) return fmt::format("{:.0e}", value);
   return fmt::format("{:.6g}", value);
+}
+
+/// Places and texts of ticks below an axis, those of round numbers first, as far as they do not touch.
+template <class ToX>
+std::vector<std::pair<double, std::string>> labels_that_fit(const std::vector<LogTick>& ticks, const ToX& to_x) {
+  std::vector<std::pair<double, std::string>> labels;
+  for (const std::string_view digits : {"1", "25", "346789"}) {
+    for (const LogTick& tick : ticks) {
+      const char first = fmt::format("{:.0e}", tick.value).front();
+      if (!tick.labelled || digits.find(first) == std::string_view::npos) continue;
+      const double x = to_x(tick.value);
+      const std::string text = number_text(tick.value);
+      const bool free = std::all_of(labels.begin(), labels.end(), [&](const auto& other) {
+        return std::abs(other.first - x) > 0.5 * kLetter * static_cast<double>(text.size() + other.second.size()) + 6;
+      });
+      if (free) labels.emplace_back(x, text);
+    }
+  }
+  return labels;
 }
 
 const char* const kStandalone =
@@ -162,9 +182,9 @@ std::string SvgPlot::svg(bool standalone) const {
     const double x = to_x(tick.value);
     s += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"var(--line)\" stroke-width=\"{3}\"/>\n", x, box[1], box[3],
                      tick.labelled ? 1.0 : 0.5);
-    if (tick.labelled) {
-      s += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" fill=\"var(--faint)\" text-anchor=\"middle\">{}</text>\n", x, box[3] + 18, number_text(tick.value));
-    }
+  }
+  for (const auto& [x, text] : labels_that_fit(log_ticks(xr[0], xr[1]), to_x)) {
+    s += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" fill=\"var(--faint)\" text-anchor=\"middle\">{}</text>\n", x, box[3] + 18, text);
   }
   for (const LogTick& tick : log_ticks(yr[0], yr[1])) {
     const double y = to_y(tick.value / settings_.y_scale);
