@@ -37,6 +37,18 @@ std::vector<SceneEdit> effect_edits(const std::vector<std::string>& texts, std::
   return edits;
 }
 
+std::vector<std::filesystem::path> input_files(const std::string& scene_file, const std::optional<Description>& scene) {
+  std::vector<std::filesystem::path> inputs = {scene_file};
+  if (!scene) return inputs;
+  for (const CloudDescription& cloud : scene->clouds) {
+    if (cloud.grid && !cloud.grid->file.empty()) inputs.push_back(cloud.grid->file);
+  }
+  for (const ObjectDescription& object : scene->objects) {
+    if (!object.mesh.empty()) inputs.push_back(object.mesh);
+  }
+  return inputs;
+}
+
 CLI::Option* add_effect_option(CLI::App& app, std::vector<std::string>& texts) {
   return app.add_option("--effect", texts, "Force an effect on or off, e.g. atmosphere=on; may be repeated")
       ->type_name("NAME=on|off")->type_size(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)->allow_extra_args(false);

@@ -1,10 +1,12 @@
-// Changes to a scene from the command line.
+// Scenes at the command line: changes to them, and the files that they name.
 #pragma once
 
 #include "scene/scene_io.h"
 
 #include <CLI/CLI.hpp>
 
+#include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +17,9 @@ std::vector<SceneEdit> set_edits(const std::vector<std::string>& texts, std::vec
 
 /// What `--effect NAME=on|off` asks for.
 std::vector<SceneEdit> effect_edits(const std::vector<std::string>& texts, std::vector<Problem>& problems);
+
+/// The scene file and, where it could be read, what it names: no output may replace them.
+std::vector<std::filesystem::path> input_files(const std::string& scene_file, const std::optional<Description>& scene);
 
 CLI::Option* add_effect_option(CLI::App& app, std::vector<std::string>& texts);
 

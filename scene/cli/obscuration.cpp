@@ -25,18 +25,6 @@ struct ObscurationArguments {
   bool force = false, quiet = false;
 };
 
-std::vector<std::filesystem::path> inputs_of(const ObscurationArguments& a, const std::optional<Description>& scene) {
-  std::vector<std::filesystem::path> inputs = {a.scene};
-  if (!scene) return inputs;
-  for (const CloudDescription& cloud : scene->clouds) {
-    if (cloud.grid && !cloud.grid->file.empty()) inputs.push_back(cloud.grid->file);
-  }
-  for (const ObjectDescription& object : scene->objects) {
-    if (!object.mesh.empty()) inputs.push_back(object.mesh);
-  }
-  return inputs;
-}
-
 int obscuration(const ObscurationArguments& a, const CLI::App& app) {
   std::vector<Problem> problems;
   const auto collect = [&](const auto& make) {
@@ -67,7 +55,7 @@ int obscuration(const ObscurationArguments& a, const CLI::App& app) {
   if (!a.page.empty()) outputs.push_back({a.page, "--output", ".html"});
   if (!a.json.empty()) outputs.push_back({a.json, "--json", ".json"});
   if (!a.csv.empty()) outputs.push_back({a.csv, "--csv", ".csv"});
-  check_outputs(outputs, a.force, inputs_of(a, scene), std::move(problems));
+  check_outputs(outputs, a.force, input_files(a.scene, scene), std::move(problems));
 
   catch_interrupts();
   Console console(a.quiet);

@@ -117,13 +117,7 @@ int render(const RenderArguments& a, const CLI::App& app) {
     const std::vector<Output> more = export_outputs(a.exports, source, problems);
     outputs.insert(outputs.end(), more.begin(), more.end());
   }
-  std::vector<std::filesystem::path> inputs = {a.scene};
-  if (scene) {
-    for (const CloudDescription& cloud : scene->clouds) {
-      if (cloud.grid && !cloud.grid->file.empty()) inputs.push_back(cloud.grid->file);
-    }
-  }
-  check_outputs(outputs, a.force, inputs, std::move(problems));
+  check_outputs(outputs, a.force, input_files(a.scene, scene), std::move(problems));
 
   catch_interrupts();
   Console console(a.quiet);

@@ -27,18 +27,6 @@ struct StudyArguments {
   bool markdown = false, force = false, quiet = false;
 };
 
-std::vector<std::filesystem::path> inputs_of(const StudyArguments& a, const std::optional<Description>& scene) {
-  std::vector<std::filesystem::path> inputs = {a.scene};
-  if (!scene) return inputs;
-  for (const CloudDescription& cloud : scene->clouds) {
-    if (cloud.grid && !cloud.grid->file.empty()) inputs.push_back(cloud.grid->file);
-  }
-  for (const ObjectDescription& object : scene->objects) {
-    if (!object.mesh.empty()) inputs.push_back(object.mesh);
-  }
-  return inputs;
-}
-
 int study(const StudyArguments& a) {
   std::vector<Problem> problems;
   const auto collect = [&](const auto& make) {
@@ -62,7 +50,7 @@ int study(const StudyArguments& a) {
   csv.replace_extension(".csv");
   std::vector<Output> outputs = {{a.page, "--output", ".html"}, {json, "--output", ""}, {csv, "--output", ""}};
   if (!a.plot.empty()) outputs.push_back({a.plot, "--plot", ".svg"});
-  check_outputs(outputs, a.force, inputs_of(a, scene), std::move(problems));
+  check_outputs(outputs, a.force, input_files(a.scene, scene), std::move(problems));
 
   catch_interrupts();
   Console console(a.quiet);
