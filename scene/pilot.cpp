@@ -16,6 +16,8 @@ constexpr int kTileShare = 8, kFewestTiles = 4, kMostTiles = 24;
 constexpr int kFewSamples = 4, kMoreSamples = 16;
 /// Photons of a trial.
 constexpr std::uint64_t kTrialPhotons = 100000;
+/// What one may take, where none has been traced yet.
+constexpr double kPhoton_s = 1e-6;
 /// Trials take no longer than this share of what the best way so far is going to take, or this long.
 constexpr double kTrialShare = 0.15, kShortTrials_s = 0.02;
 /// Least share of a measurement that a fit gives to each of its two terms.
@@ -132,8 +134,8 @@ class Trials {
   /// Two numbers of samples tell both terms of time and error.
   void try_samples(Recipe recipe) {
     try {
-      // What a first trial costs is not known: about as much as those before, it is hoped.
-      if (!affordable(first_s_)) return;
+      // What a first trial costs is not known: about as much as the one before, and its photons.
+      if (!affordable(first_s_ + kPhoton_s * static_cast<double>(recipe.photons))) return;
       const bool sampled = recipe.method == MethodKind::path || recipe.gather;
       const double begin = clock_();
       const Measurement few = measure(recipe);
