@@ -101,9 +101,9 @@ class Passes {
 };
 
 /// Another way where the bias of this one stands above the target; none: there is none.
-std::optional<Recipe> less_biased(const Recipe& recipe, const Description& wish, const AccuracyGoal& goal, const Pilot& pilot) {
+std::optional<Recipe> less_biased(const Recipe& recipe, const Description& wish, const Pilot& pilot) {
   Recipe other = recipe;
-  if (recipe.photons * kMorePhotons <= goal.most_photons) {
+  if (recipe.photons > 0 && recipe.photons * kMorePhotons <= pilot.most_photons) {
     other.photons *= kMorePhotons;
     return other;
   }
@@ -140,7 +140,7 @@ AccurateImage render_to_goal(Session& session, const AccuracyGoal& goal, const R
     } else if (goal.time_limit_s && clock() + kSlowPass * passes.longest_s > *goal.time_limit_s) {
       accuracy.ended = "time";
     } else if (target > 0 && std::sqrt(known.least_bias) + goal.dropped > kMostBias * target) {
-      if (const auto other = less_biased(accuracy.recipe, wish, goal, pilot)) {
+      if (const auto other = less_biased(accuracy.recipe, wish, pilot)) {
         passes.begin(*other);
       } else {
         accuracy.ended = "bias";

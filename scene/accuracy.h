@@ -20,7 +20,7 @@ struct AccuracyGoal {
   std::optional<double> target_error;  ///< image error, a fraction
   std::optional<double> time_limit_s;  ///< since the run began
   double dropped = 0;                  ///< of the image error, by what the plan has left out
-  std::uint64_t most_photons = 20000000;  ///< of a pass, per band: what memory allows
+  std::uint64_t most_photons = 20000000;  ///< of a pass, per band; fewer where their maps would exceed 2 GiB
 };
 
 /// A way to the image, as tried on a part of the picture.

@@ -16,6 +16,8 @@ constexpr int kTileShare = 8, kFewestTiles = 4, kMostTiles = 24;
 constexpr int kFewSamples = 4, kMoreSamples = 16;
 /// Photons of a trial.
 constexpr std::uint64_t kTrialPhotons = 100000;
+/// Most bytes of a pass's maps.
+constexpr double kMapBytes = 2.0 * (1u << 30);
 /// What one may take, where none has been traced yet.
 constexpr double kPhoton_s = 1e-6;
 /// Trials take no longer than this share of what the best way so far is going to take, or this long.
@@ -66,6 +68,7 @@ class Trials {
   }
 
   Pilot run() {
+    best_.most_photons = goal_.most_photons;
     bool scatters = false;
     for (int i = 0; i < session_.world().interval_count(); ++i) {
       scatters = scatters || session_.world().scatters(i) || session_.world().surfaces_reflect(i);
@@ -113,8 +116,11 @@ class Trials {
     apply(recipe, wish_, ++seed_, session_);
     const Progress part = progress_.part("pilot", static_cast<std::uint64_t>(best_.trials.size()), 8);
     const double begin = clock_();
-    session_.light(part);
+    const Light& light = session_.light(part);
     const double lit = clock_();
+    if (light.bytes > 0) {
+      best_.most_photons = std::min(best_.most_photons, static_cast<std::uint64_t>(kMapBytes * static_cast<double>(light.emitted) / static_cast<double>(light.bytes)));
+    }
     const Film film = session_.render(part, tiles_).film;
     Measurement result{lit - begin, (clock_() - lit) * whole_, 0, {}};
     for (int band = 0; band < film.bands(); ++band) {
@@ -211,7 +217,7 @@ class Trials {
     Score best_of_trial;
     const std::uint64_t photons = recipe.photons;
     for (double times = 1; times <= 256; times *= 2) {
-      if (times > 1 && (recipe.method != MethodKind::photon || !vary_photons || static_cast<double>(photons) * times > static_cast<double>(goal_.most_photons))) break;
+      if (times > 1 && (recipe.method != MethodKind::photon || !vary_photons || static_cast<double>(photons) * times > static_cast<double>(best_.most_photons))) break;
       RecipeModel model = measured;
       model.least_samples = recipe.rays == RayStyle::uniform ? kUniformRays : 1;
       model.map_s *= times;

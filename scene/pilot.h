@@ -13,6 +13,7 @@ struct Pilot {
   PassPlan passes;
   RecipeModel model;
   std::vector<PilotTrial> trials;
+  std::uint64_t most_photons = 0;  ///< of a pass, per band: what the goal and memory allow
 };
 
 /// @throws where every way is refused, as the last of them
