@@ -46,9 +46,10 @@ struct Measurement {
   std::vector<std::vector<double>> bias;  // per band, of blocks
 };
 
-/// How good a way is: within reach by its seconds, else by its error.
+/// How good a way is: by its seconds where the target is in reach, else by its error in the time that there is; last
+/// what does not fit that time.
 struct Score {
-  bool beyond = true;
+  enum Reach { target, time, none } reach = none;
   double value = std::numeric_limits<double>::infinity();
   auto operator<=>(const Score&) const = default;
 };
@@ -108,7 +109,7 @@ class Trials {
   bool affordable(double seconds) const {
     if (best_.trials.empty()) return true;
     const double spent = clock_() - begin_;
-    const double whole = best_score_.beyond ? time_left() : best_score_.value;
+    const double whole = best_score_.reach == Score::target ? best_score_.value : time_left();
     return !progress_.cancelled() && spent + seconds <= std::max(kShortTrials_s, kTrialShare * whole);
   }
 
@@ -153,9 +154,9 @@ class Trials {
       model.noise = few.square * kFewSamples;
       if (recipe.method == MethodKind::photon) model.bias = std::max(0.0, bias_of(few, few));
       PassPlan passes;
-      const Score score = score_of(model, passes);
+      const Score score = score_of(model, time_left(), passes);
       const double more_s = first_s_ * kMoreSamples / kFewSamples;
-      if (affordable(more_s) && (score.beyond || more_s < kTrialShare * passes.seconds)) {
+      if (affordable(more_s) && (score.reach != Score::target || more_s < kTrialShare * passes.seconds)) {
         recipe.samples = kMoreSamples;
         const Measurement more = measure(recipe);
         const double spread = kMoreSamples - kFewSamples;
@@ -215,6 +216,7 @@ class Trials {
   void consider(Recipe recipe, const RecipeModel& measured, double seconds, bool vary_photons = true) {
     PilotTrial trial{recipe, seconds, 0, 0};
     Score best_of_trial;
+    const double left = time_left();
     const std::uint64_t photons = recipe.photons;
     for (double times = 1; times <= 256; times *= 2) {
       if (times > 1 && (recipe.method != MethodKind::photon || !vary_photons || static_cast<double>(photons) * times > static_cast<double>(best_.most_photons))) break;
@@ -225,12 +227,12 @@ class Trials {
       model.bias *= std::pow(times, -4.0 / 3.0);
       recipe.photons = static_cast<std::uint64_t>(static_cast<double>(photons) * times);
       PassPlan passes;
-      const Score score = score_of(model, passes);
+      const Score score = score_of(model, left, passes);
       if (score < best_of_trial) {
         best_of_trial = score;
         trial.recipe = recipe;
         trial.recipe.samples = passes.samples;
-        trial.predicted_s = score.beyond ? 0.0 : passes.seconds;
+        trial.predicted_s = score.reach == Score::target ? passes.seconds : 0.0;
         trial.predicted_error = passes.error;
       }
       if (score < best_score_ || (best_.trials.empty() && times == 1)) {
@@ -243,21 +245,23 @@ class Trials {
     best_.trials.push_back(trial);
   }
 
-  Score score_of(const RecipeModel& model, PassPlan& passes) const {
+  Score score_of(const RecipeModel& model, double left, PassPlan& passes) const {
     if (goal_.target_error) {
-      if (const auto plan = plan_for_error(model, target()); plan && plan->seconds <= time_left()) {
+      if (const auto plan = plan_for_error(model, target()); plan && plan->seconds <= left) {
         passes = *plan;
-        return {false, plan->seconds};
+        return {Score::target, plan->seconds};
       }
     }
     if (goal_.time_limit_s) {
-      passes = plan_for_time(model, std::max(0.0, time_left()));
-      return {true, passes.error};
+      passes = plan_for_time(model, std::max(0.0, left));
+      // The photons of a pass too are to be repeated, lest a pass that takes longer than foreseen takes all.
+      const bool fits = kLeastPasses * model.pass_s(passes.samples) <= left;
+      return {fits ? Score::time : Score::none, fits ? passes.error : passes.seconds};
     }
     // The target is beyond this way: what its bias leaves, with as much noise.
     const auto plan = plan_for_error(model, std::sqrt(2 * model.bias));
     if (plan) passes = *plan;
-    return {true, std::sqrt(2 * model.bias)};
+    return {Score::time, std::sqrt(2 * model.bias)};
   }
 
   Session& session_;

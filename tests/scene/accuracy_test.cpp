@@ -118,6 +118,19 @@ TEST_CASE("a time limit ends the run before a pass that would not fit", "[scene]
   CHECK(render_to_goal(session, {std::nullopt, 60.0}, slow_clock(then)).accuracy.passes < made.accuracy.passes);
 }
 
+TEST_CASE("photons of a pass are no more than fit the time", "[scene][accuracy]") {
+  // So blurred a map that more photons are all that helps; by the slow clock a hundred thousand of them take a second.
+  Session session(parse_scene(smoke(R"("method": "photon", "final_gather": 0, "nearest": 2000)"), "."), 0);
+  AccuracyGoal goal{std::nullopt, 14.0};
+  goal.most_photons = 3200000;
+  double now = 0;
+  const AccurateImage made = render_to_goal(session, goal, slow_clock(now));
+  CHECK(made.accuracy.ended == "time");
+  CAPTURE(made.accuracy.recipe.text(), made.accuracy.passes, made.accuracy.pilot_s, made.accuracy.trials.size(), made.accuracy.photons_s, made.accuracy.image_s);
+  CHECK(made.accuracy.recipe.photons <= 400000);
+  CHECK(now <= 16);
+}
+
 TEST_CASE("a method whose bias stands above the target says so", "[scene][accuracy]") {
   // As many neighbours as photons: the map is one blur.
   const std::string blur = R"("method": "photon", "final_gather": 0, "nearest": 2000)";
