@@ -118,8 +118,8 @@ TEST_CASE("a time limit ends the run before a pass that would not fit", "[scene]
   CHECK(render_to_goal(session, {std::nullopt, 60.0}, slow_clock(then)).accuracy.passes < made.accuracy.passes);
 }
 
-TEST_CASE("photons of a pass are no more than fit the time", "[scene][accuracy]") {
-  // So blurred a map that more photons are all that helps; by the slow clock a hundred thousand of them take a second.
+TEST_CASE("a run by photons ends in its time too", "[scene][accuracy]") {
+  // A blurred map, which more photons would sharpen; by the slow clock a hundred thousand of them take a second.
   Session session(parse_scene(smoke(R"("method": "photon", "final_gather": 0, "nearest": 2000)"), "."), 0);
   AccuracyGoal goal{std::nullopt, 14.0};
   goal.most_photons = 3200000;
