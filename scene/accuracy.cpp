@@ -135,7 +135,7 @@ AccurateImage render_to_goal(Session& session, const AccuracyGoal& goal, const R
     const double target = goal.target_error.value_or(0);
     if (progress.cancelled()) {
       accuracy.ended = "cancelled";
-    } else if (accuracy.passes >= kLeastPasses && known.high <= target) {
+    } else if (accuracy.passes >= least_passes(accuracy.recipe) && known.high <= target) {
       accuracy.ended = "target";
     } else if (goal.time_limit_s && clock() + kSlowPass * passes.longest_s > *goal.time_limit_s) {
       accuracy.ended = "time";

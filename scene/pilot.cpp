@@ -222,6 +222,7 @@ class Trials {
       if (times > 1 && (recipe.method != MethodKind::photon || !vary_photons || static_cast<double>(photons) * times > static_cast<double>(best_.most_photons))) break;
       RecipeModel model = measured;
       model.least_samples = recipe.rays == RayStyle::uniform ? kUniformRays : 1;
+      model.least_passes = least_passes(recipe);
       model.map_s *= times;
       model.fixed_s += model.map_s - measured.map_s;
       model.bias *= std::pow(times, -4.0 / 3.0);
@@ -255,7 +256,7 @@ class Trials {
     if (goal_.time_limit_s) {
       passes = plan_for_time(model, std::max(0.0, left));
       // The photons of a pass too are to be repeated, lest a pass that takes longer than foreseen takes all.
-      const bool fits = kLeastPasses * model.pass_s(passes.samples) <= left;
+      const bool fits = kFewestPasses * model.pass_s(passes.samples) <= left;
       return {fits ? Score::time : Score::none, fits ? passes.error : passes.seconds};
     }
     // The target is beyond this way: what its bias leaves, with as much noise.

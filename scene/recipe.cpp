@@ -46,13 +46,13 @@ std::optional<PassPlan> plan_for_error(const RecipeModel& model, double image_er
   if (!(square > 0)) return std::nullopt;
   PassPlan plan;
   plan.samples = whole(best_samples(model), model);
-  // No more than the least number of passes calls for.
+  // No more than the fewest passes call for.
   if (model.noise > 0) {
-    const double rest = kLeastPasses * square - model.floor;
+    const double rest = kFewestPasses * square - model.floor;
     if (rest > 0) plan.samples = std::min(plan.samples, whole(model.noise / rest, model));
   }
   const double passes = std::ceil(model.pass_square(plan.samples) / square - 1e-9);
-  plan.passes = static_cast<int>(std::clamp(passes, static_cast<double>(kLeastPasses), 1e9));
+  plan.passes = static_cast<int>(std::clamp(passes, static_cast<double>(model.least_passes), 1e9));
   plan.seconds = plan.passes * model.pass_s(plan.samples);
   plan.error = std::sqrt(model.bias + model.pass_square(plan.samples) / plan.passes);
   return plan;

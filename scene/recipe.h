@@ -43,6 +43,7 @@ struct RecipeModel {
   double noise = 0;
   double bias = 0;      ///< squared
   int least_samples = 1;
+  int least_passes = 2;  ///< that know their own error, biases included
 
   double pass_s(int samples) const noexcept { return fixed_s + sample_s * samples; }
   double pass_square(int samples) const noexcept { return floor + noise / samples; }
@@ -51,7 +52,7 @@ struct RecipeModel {
 /// How often to repeat a pass of how many samples.
 struct PassPlan {
   int samples = 1;
-  int passes = 2;
+  int passes = 1;
   double seconds = 0;  ///< of all
   double error = 0;    ///< expected image error
 };
@@ -59,8 +60,10 @@ struct PassPlan {
 /// Rays of a uniform pixel: fewer could not tell their own error (film.h). Each has a sample at least.
 inline constexpr int kUniformRays = 4;
 
-/// Least passes of a run that has to know its own error.
-inline constexpr int kLeastPasses = 2;
+/// Into so many passes, at least, the samples of an image are divided: one that falls short costs one more, not all again.
+inline constexpr int kFewestPasses = 2;
+/// Passes that know their own error: a photon map's bias is told by two maps.
+inline int least_passes(const Recipe& recipe) { return recipe.method == MethodKind::photon && recipe.photons > 0 ? 2 : 1; }
 
 /// The cheapest plan for an image error; none where the bias alone exceeds it.
 std::optional<PassPlan> plan_for_error(const RecipeModel& model, double image_error);

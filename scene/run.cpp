@@ -126,7 +126,7 @@ Report make_report(const Description& scene, const Session& session, const Light
   report.seed = scene.render.seed;
   report.plan = session.plan().effects;
   report.budget = session.plan().budget;
-  report.method = {scene.render.method == MethodKind::path ? "path" : "photon",
+  report.method = {session.scene().render.method == MethodKind::path ? "path" : "photon",
                    session.plan().method.cheaper == MethodKind::path ? "path" : "photon", session.plan().method.reason};
   for (std::size_t b = 0; b < light.bands.size(); ++b) {
     const EnergyTally& energy = light.bands[b].energy;

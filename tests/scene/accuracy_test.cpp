@@ -46,10 +46,10 @@ TEST_CASE("the number of passes and their samples are the cheapest for an error"
         const auto plan = plan_for_error(model, error);
         REQUIRE(plan);
         CHECK(plan->error <= error * (1 + 1e-9));
-        CHECK(plan->passes >= kLeastPasses);
+        CHECK(plan->passes >= model.least_passes);
         double best = kInfinity;
         for (int samples = 1; samples <= kMostPoints; ++samples) {
-          const double passes = std::max<double>(kLeastPasses, std::ceil(model.pass_square(samples) / (error * error - model.bias)));
+          const double passes = std::max<double>(model.least_passes, std::ceil(model.pass_square(samples) / (error * error - model.bias)));
           best = std::min(best, passes * model.pass_s(samples));
         }
         CAPTURE(fixed, floor, error, plan->samples, plan->passes);
