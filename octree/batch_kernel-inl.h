@@ -8,11 +8,10 @@
 #define OBSCURA_BATCH_KERNEL_TOGGLE
 #endif
 
-#include "octree/batch_lane.h"
-#include "octree/batch_lanes-inl.h"
-
 #include "hwy/cache_control.h"
 #include "hwy/highway.h"
+#include "octree/batch_lane.h"
+#include "octree/batch_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace obscura::detail::HWY_NAMESPACE {
@@ -22,8 +21,11 @@ template <bool kFloats, bool kFlights, int kChannels>
 class Kernel {
  public:
   Kernel(const BatchJob& job, std::size_t& next_ray)
-      : job_(job), tree_(*job.tree), table_(reinterpret_cast<const std::int32_t*>(tree_.table.data())),
-        records_(reinterpret_cast<const float*>(tree_.records())), next_ray_(next_ray) {
+      : job_(job),
+        tree_(*job.tree),
+        table_(reinterpret_cast<const std::int32_t*>(tree_.table.data())),
+        records_(reinterpret_cast<const float*>(tree_.records())),
+        next_ray_(next_ray) {
     const DF d;
     for (std::size_t lane = 0; lane < kMaxLanes; ++lane) kill(lane);
     hot_.t = hot_.end = hot_.limit = hot_.acc = hn::Zero(d);
@@ -91,7 +93,8 @@ class Kernel {
     for (int c = 0; c < kChannels; ++c) {
       VF one;
       if (kFloats) {
-        const VI at = kChannels == 1 ? hn::Add(hot_.base[c], index) : hn::Add(hot_.base[c], hn::And(index, hot_.mask[c]));
+        const VI at =
+            kChannels == 1 ? hn::Add(hot_.base[c], index) : hn::Add(hot_.base[c], hn::And(index, hot_.mask[c]));
         one = hn::Mul(hn::GatherIndex(d, records_, at), hot_.scale[c]);
       } else {
         const VI bit = kChannels == 1 ? index : hn::Mul(index, hot_.bits[c]);
@@ -276,7 +279,8 @@ class Kernel {
       if (kFloats) {
         hot_.base[c] = hn::IfThenElse(w, data, hot_.base[c]);
         hot_.scale[c] = weight;
-        if (kChannels > 1) hot_.mask[c] = hn::IfThenElse(w, hn::VecFromMask(di, hn::Ne(bits, hn::Zero(di))), hot_.mask[c]);
+        if (kChannels > 1)
+          hot_.mask[c] = hn::IfThenElse(w, hn::VecFromMask(di, hn::Ne(bits, hn::Zero(di))), hot_.mask[c]);
       } else {
         const VF scale = hn::Mul(hn::GatherIndex(d, records_ + 1, header), weight);
         hot_.base[c] = hn::IfThenElse(w, hn::ShiftLeft<2>(data), hot_.base[c]);
@@ -295,7 +299,8 @@ class Kernel {
     const VF leaf_width = hn::ConvertTo(d, leaf_size);
     // An empty leaf may be one of many: from this brick on, a cube as large as the distance tells is empty too.
     const VI seven = hn::Set(di, 7);
-    const VI clear = hn::IfThenElseZero(empty, hn::And(as_int(hn::ShiftRight<2>(as_bits(word))), hn::Set(di, 8 * Word::kMaxDistance)));
+    const VI clear = hn::IfThenElseZero(
+        empty, hn::And(as_int(hn::ShiftRight<2>(as_bits(word))), hn::Set(di, 8 * Word::kMaxDistance)));
     const hn::Mask<DI> is_clear = hn::And(empty, hn::Not(hn::Lt(clear, block_size)));
     VF block_time = hn::Set(d, kParallel);
     VF next[3];
@@ -304,7 +309,8 @@ class Kernel {
     for (int a = 0; a < 3; ++a) {
       const VF fraction = hn::Load(d, lanes_.fraction[a]), inverse = hn::Load(d, lanes_.inverse[a]);
       const VI in_block = hn::And(voxel[a], hn::Sub(block_size, one));
-      const VI to_end = hn::IfThenElse(is_clear, hn::Sub(clear, hn::And(voxel[a], seven)), hn::Sub(block_size, in_block));
+      const VI to_end =
+          hn::IfThenElse(is_clear, hn::Sub(clear, hn::And(voxel[a], seven)), hn::Sub(block_size, in_block));
       const VF exit = hn::Mul(hn::Sub(hn::ConvertTo(d, to_end), fraction), inverse);
       hn::Store(hn::IfThenElse(which, exit, hn::Load(d, lanes_.exit[a])), d, lanes_.exit[a]);
       hn::Store(hn::IfThenElse(int_mask(which), hn::Add(voxel[a], to_end), hn::Load(di, lanes_.block_end[a])), di,
@@ -328,7 +334,9 @@ class Kernel {
     OBSCURA_UNROLL
     for (int a = 0; a < 3; ++a) {
       const VI coordinate = hn::And(hn::Xor(leaf[a], mirror[a]), side_mask);
-      number = hn::Add(number, hn::Shl(coordinate, a == 0 ? hn::Zero(di) : a == 1 ? side_bits : hn::Add(side_bits, side_bits)));
+      number = hn::Add(number, hn::Shl(coordinate, a == 0   ? hn::Zero(di)
+                                                   : a == 1 ? side_bits
+                                                            : hn::Add(side_bits, side_bits)));
       const VI signed_stride = hn::Sub(hn::Xor(stride, mirror[a]), mirror[a]);
       hot_.stride[a] = hn::IfThenElse(int_mask(which), signed_stride, hot_.stride[a]);
       stride = hn::Shl(stride, side_bits);
@@ -343,7 +351,8 @@ class Kernel {
     if (kFlights) {
       const VF target = hn::IfThenElse(which, targets(which_bits), hn::Load(d, lanes_.target));
       hn::Store(target, d, lanes_.target);
-      const MF hit = hn::And(hn::And(which, hn::Not(stepping)), hn::And(hn::Ge(acc, target), hn::Gt(uniform_value, hn::Zero(d))));
+      const MF hit =
+          hn::And(hn::And(which, hn::Not(stepping)), hn::And(hn::Ge(acc, target), hn::Gt(uniform_value, hn::Zero(d))));
       if (!hn::AllFalse(d, hit)) {
         const VF inside = hn::Div(target, hn::IfThenElse(hit, uniform_value, hn::Set(d, 1.0f)));
         const VF margin = hn::Mul(block_time, hn::Set(d, 2e-5f));
@@ -384,7 +393,8 @@ class Kernel {
     }
     FreePath& end = job_.ends[i];
     end.collided = lanes_.collided[lane] != 0;
-    const double length = static_cast<double>(lanes_.length_done[0][lane]) + static_cast<double>(lanes_.length_done[1][lane]);
+    const double length =
+        static_cast<double>(lanes_.length_done[0][lane]) + static_cast<double>(lanes_.length_done[1][lane]);
     end.t = end.collided ? lanes_.t_enter[lane] + length / lanes_.per_t[lane] : lanes_.t_leave[lane];
     end.depth = end.collided ? job_.flights[i].target_depth : depth / lanes_.per_t[lane];
   }

@@ -53,7 +53,8 @@ Prepared prepare_lane(const TreeData& tree, const Ray& ray, LaneRay& lane) noexc
     if (d < kShallow) {
       // All but parallel: it stays in its layer of voxels, whatever rounding does to its place, or is left to
       // the scalar walk, which tells by the planes' times.
-      const double doubt = d > 0 ? 4 * std::numeric_limits<double>::epsilon() * (std::abs(origin[axis]) + std::abs(p)) : 0.0;
+      const double doubt =
+          d > 0 ? 4 * std::numeric_limits<double>::epsilon() * (std::abs(origin[axis]) + std::abs(p)) : 0.0;
       if (fraction < doubt || fraction + d * (leave - enter) * (1 + 1e-12) + doubt >= 1) return Prepared::shallow;
       lane.direction[axis] = 0;
       lane.inverse[axis] = kParallel;

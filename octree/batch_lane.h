@@ -20,7 +20,7 @@ struct BatchJob {
   std::array<int, kMaxBatchChannels> channels{};
   std::array<double, kMaxBatchChannels> weights{};
   std::size_t count = 0;
-  const Ray* rays = nullptr;        ///< optical_depths()
+  const Ray* rays = nullptr;  ///< optical_depths()
   double* depths = nullptr;
   const Flight* flights = nullptr;  ///< free_paths()
   FreePath* ends = nullptr;
@@ -31,16 +31,16 @@ struct BatchJob {
 /// A ray clipped to the domain, in mirrored voxel coordinates relative to the table: v + f is where it enters, all
 /// directions are >= 0 and of unit length together; lengths are in voxels.
 struct LaneRay {
-  std::int32_t voxel[3];     ///< of entry
-  std::int32_t limit[3];     ///< the domain ends before this voxel
-  std::int32_t mirror[3];    ///< -1 where the axis is mirrored, else 0
-  float fraction[3];         ///< in [0, 1)
+  std::int32_t voxel[3];   ///< of entry
+  std::int32_t limit[3];   ///< the domain ends before this voxel
+  std::int32_t mirror[3];  ///< -1 where the axis is mirrored, else 0
+  float fraction[3];       ///< in [0, 1)
   float direction[3];
-  float inverse[3];          ///< of the direction; kParallel where it is 0
-  double length = 0;         ///< from entry to exit
-  double per_t = 1;          ///< length of the direction that was given, in voxels per t
+  float inverse[3];   ///< of the direction; kParallel where it is 0
+  double length = 0;  ///< from entry to exit
+  double per_t = 1;   ///< length of the direction that was given, in voxels per t
   double t_enter = 0;
-  bool cut = false;          ///< ends by t_max, inside the domain
+  bool cut = false;  ///< ends by t_max, inside the domain
 };
 
 /// The time of a plane that is never reached.
@@ -52,7 +52,7 @@ inline constexpr float kBelowOne = 0x1.fffffep-1f;
 inline constexpr double kShallow = 1e-3;
 
 enum class Prepared {
-  misses,   ///< the domain
+  misses,  ///< the domain
   lane,
   shallow,  ///< crosses planes at less than kShallow: for the scalar walk
 };

@@ -35,20 +35,20 @@ struct Lanes {
   alignas(64) std::int32_t voxel[3][kMaxLanes];
   alignas(64) std::int32_t limit[3][kMaxLanes];
   alignas(64) std::int32_t mirror[3][kMaxLanes];
-  alignas(64) std::int32_t word[kMaxLanes];      // of the block that is entered next
+  alignas(64) std::int32_t word[kMaxLanes];  // of the block that is entered next
   alignas(64) std::int32_t block_end[3][kMaxLanes];
   alignas(64) float fraction[3][kMaxLanes];
   alignas(64) float direction[3][kMaxLanes];
   alignas(64) float inverse[3][kMaxLanes];
-  alignas(64) float exit[3][kMaxLanes];        // time from the entry to the block's planes
+  alignas(64) float exit[3][kMaxLanes];  // time from the entry to the block's planes
   // Sums as unevaluated pairs of floats (Knuth's two-sum): length so far and depth so far.
   alignas(64) float length_left[2][kMaxLanes];
   alignas(64) float length_done[2][kMaxLanes];
   alignas(64) float depth[2][kMaxLanes];
-  alignas(64) float target[kMaxLanes];         // depth left in this block, flights only
+  alignas(64) float target[kMaxLanes];  // depth left in this block, flights only
   alignas(64) std::int32_t collided[kMaxLanes];
   double t_enter[kMaxLanes], t_leave[kMaxLanes], per_t[kMaxLanes], target_depth[kMaxLanes];
-  std::size_t number[kMaxLanes];               // of the ray
+  std::size_t number[kMaxLanes];  // of the ray
   bool cut[kMaxLanes];
 };
 
@@ -72,9 +72,9 @@ struct Moving {
 // What a lane needs at every step.
 template <int kChannels>
 struct Hot {
-  VF t, end, limit, acc;   // time of the block's end, and a little before it
-  VF next[3], delta[3];    // time from plane to plane
-  VI stride[3], index;     // change of the leaf's number over a plane
+  VF t, end, limit, acc;  // time of the block's end, and a little before it
+  VF next[3], delta[3];   // time from plane to plane
+  VI stride[3], index;    // change of the leaf's number over a plane
   VI base[kChannels], bits[kChannels], mask[kChannels];
   VF offset[kChannels], scale[kChannels];
 };

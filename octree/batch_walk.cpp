@@ -12,8 +12,8 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "octree/batch_walk.cpp"
 #include "hwy/foreach_target.h"
-#include "octree/batch_kernel-inl.h"
 #include "hwy/highway.h"
+#include "octree/batch_kernel-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace obscura::detail::HWY_NAMESPACE {

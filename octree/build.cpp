@@ -13,16 +13,19 @@
 namespace obscura {
 namespace {
 
-constexpr std::size_t kTrialRays = 8192;   // that judge a trial; the last word have all
-constexpr double kMergeShare = 0.5;        // of the tolerance that merging may use
+constexpr std::size_t kTrialRays = 8192;  // that judge a trial; the last word have all
+constexpr double kMergeShare = 0.5;       // of the tolerance that merging may use
 constexpr double kLargestThreshold = 0.05;
 
 // Finds threshold and step whose measured error stays within the tolerance.
 class Search {
  public:
   Search(const Octree& lossless, const BuildSettings& settings, const Progress& progress)
-      : settings_(settings), progress_(progress), analysis_(detail::analyse(lossless.data(), settings.measure)),
-        rays_(lossless, settings.measure, settings.seed), occupied_(lossless.domain()) {}
+      : settings_(settings),
+        progress_(progress),
+        analysis_(detail::analyse(lossless.data(), settings.measure)),
+        rays_(lossless, settings.measure, settings.seed),
+        occupied_(lossless.domain()) {}
 
   detail::Compressed run(BuildReport& report) {
     const double tolerance = settings_.tolerance;
@@ -109,12 +112,14 @@ class Search {
 void require_measure(const VoxelStream& stream, const BuildSettings& settings) {
   const double tolerance = settings.tolerance;
   if (!(tolerance >= 0 && tolerance < 1)) {
-    throw InputError("octree_tolerance", fmt::format("is {}", tolerance), "give a number from 0 up to, not including, 1");
+    throw InputError("octree_tolerance", fmt::format("is {}", tolerance),
+                     "give a number from 0 up to, not including, 1");
   }
   if (tolerance == 0) return;
   const std::vector<double>& weights = settings.measure.optical_weight;
   if (weights.size() != stream.channels.size()) {
-    throw InputError(stream.name, fmt::format("has {} channels but {} optical weights", stream.channels.size(), weights.size()),
+    throw InputError(stream.name,
+                     fmt::format("has {} channels but {} optical weights", stream.channels.size(), weights.size()),
                      "give one per channel, or tolerance 0");
   }
   for (std::size_t c = 0; c < weights.size(); ++c) {

@@ -169,10 +169,13 @@ class Collector {
 
   /// Importers check what they read; who pours arrays of his own may not have.
   [[noreturn]] void refuse(const Vec3i& corner, std::size_t channel, std::span<const float> values) const {
-    const auto bad = std::find_if(values.begin(), values.end(), [](float v) { return !std::isfinite(v); }) - values.begin();
-    const Vec3i voxel = corner + Vec3i(static_cast<int>(bad & 7), static_cast<int>(bad >> 3 & 7), static_cast<int>(bad >> 6));
+    const auto bad =
+        std::find_if(values.begin(), values.end(), [](float v) { return !std::isfinite(v); }) - values.begin();
+    const Vec3i voxel =
+        corner + Vec3i(static_cast<int>(bad & 7), static_cast<int>(bad >> 3 & 7), static_cast<int>(bad >> 6));
     throw InputError(fmt::format("{}, {}", stream_.name, tree_.channels[channel]),
-                     fmt::format("voxel {} holds {}", text(voxel), values[static_cast<std::size_t>(bad)]), "values must be finite");
+                     fmt::format("voxel {} holds {}", text(voxel), values[static_cast<std::size_t>(bad)]),
+                     "values must be finite");
   }
 
   void require_inside(const Vec3i& corner, const float* const* values) const {
@@ -181,9 +184,10 @@ class Collector {
       if (tree_.holds(voxel)) continue;
       for (std::size_t c = 0; c < tree_.channels.size(); ++c) {
         if (values[c][i] == 0) continue;
-        throw InputError(fmt::format("{}, {}", stream_.name, tree_.channels[c]),
-                         fmt::format("voxel {} holds a value but lies outside the bounds that the source stated", text(voxel)),
-                         "repair the source's bounds");
+        throw InputError(
+            fmt::format("{}, {}", stream_.name, tree_.channels[c]),
+            fmt::format("voxel {} holds a value but lies outside the bounds that the source stated", text(voxel)),
+            "repair the source's bounds");
       }
     }
   }
@@ -232,8 +236,7 @@ void RecordStore::reserve(std::size_t bytes) {
   if (capacity <= capacity_) return;
   void* grown = std::realloc(memory_.get(), capacity);
   if (!grown) {
-    throw ResourceError("octree", fmt::format("out of memory at {} MiB of voxels", bytes >> 20),
-                        "use a coarser grid");
+    throw ResourceError("octree", fmt::format("out of memory at {} MiB of voxels", bytes >> 20), "use a coarser grid");
   }
   static_cast<void>(memory_.release());
   memory_.reset(static_cast<std::byte*>(grown));
@@ -315,10 +318,9 @@ TreeData make_tree(const VoxelStream& stream) {
 
 TreeData collect(const VoxelStream& stream, const Progress& progress) {
   Collector collector(stream, progress);
-  VoxelSink sink([&](const Vec3i& corner, const float* const* values) { collector.brick(corner, values); },
-                 [&](const Vec3i& corner, int level, std::span<const float> values) {
-                   collector.tile(corner, level, values);
-                 });
+  VoxelSink sink(
+      [&](const Vec3i& corner, const float* const* values) { collector.brick(corner, values); },
+      [&](const Vec3i& corner, int level, std::span<const float> values) { collector.tile(corner, level, values); });
   if (stream.pour) stream.pour(sink);
   return collector.take();
 }

@@ -67,8 +67,7 @@ inline constexpr std::uint32_t kNotMerged = 0x7fffffffu;
 /// eight children that are uniform or empty leaves, not all empty, `merge` says what becomes.
 /// @param merge (level of the parent, the children's words) -> the parent's word or kNotMerged. Called from
 /// several threads; all of a level before any of the next.
-void merge_leaves(TreeData& tree,
-                  const std::function<bool(std::uint32_t word)>& is_uniform,
+void merge_leaves(TreeData& tree, const std::function<bool(std::uint32_t word)>& is_uniform,
                   const std::function<std::uint32_t(int level, std::span<const std::uint32_t, 8>)>& merge);
 
 /// merge_leaves() of what is equal. Records of the parents are added to `store`.

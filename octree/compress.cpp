@@ -50,7 +50,8 @@ class Brick {
   void for_each_voxel(int level, std::size_t cell, F&& f) const {
     const std::size_t bits = static_cast<std::size_t>(3 - level), mask = (std::size_t{1} << bits) - 1;
     const std::size_t side = std::size_t{1} << level;
-    const std::size_t x0 = (cell & mask) << level, y0 = ((cell >> bits) & mask) << level, z0 = (cell >> (2 * bits)) << level;
+    const std::size_t x0 = (cell & mask) << level, y0 = ((cell >> bits) & mask) << level,
+                      z0 = (cell >> (2 * bits)) << level;
     for (std::size_t z = z0; z < z0 + side; ++z) {
       for (std::size_t y = y0; y < y0 + side; ++y) {
         for (std::size_t x = x0; x < x0 + side; ++x) f(x + 8 * y + 64 * z);
@@ -90,7 +91,8 @@ class Brick {
         const double v = static_cast<double>(value(c, i)), d = std::abs(v - static_cast<double>(from[c]));
         sum += measure_.optical_weight[c] * d;
         if (measure_.optical_weight[c] == 0 && sources.empty() && d > 0) {
-          largest.relative = std::max(largest.relative, d / std::max(std::abs(v), std::abs(static_cast<double>(from[c]))));
+          largest.relative =
+              std::max(largest.relative, d / std::max(std::abs(v), std::abs(static_cast<double>(from[c]))));
         }
       }
       largest.extinction = std::max(largest.extinction, sum);
@@ -130,9 +132,9 @@ double longest_diagonal(const Affine& map) {
 // A chunk's records, before they have a place in the tree.
 struct Chunk {
   std::vector<std::byte> records;
-  std::vector<std::size_t> start;       // of each block's record; npos: uniform or empty
+  std::vector<std::size_t> start;           // of each block's record; npos: uniform or empty
   std::vector<std::vector<float>> uniform;  // values of those that became uniform; empty where they vanished
-  std::vector<double> deviation;        // of the extinction, 1/m
+  std::vector<double> deviation;            // of the extinction, 1/m
 };
 constexpr std::size_t kNowhere = ~std::size_t{0};
 
@@ -167,7 +169,8 @@ Analysis analyse(const TreeData& lossless, const ErrorMeasure& measure) {
       const std::uint32_t word = lossless.table[lossless.blocks[b]];
       brick.load(word);
       const int level = lossless.header(word, 0).cell_level();
-      for (std::size_t i = 0; i < (level >= 3 ? 1u : 512u); ++i) largest[chunk] = std::max(largest[chunk], brick.extinction(i));
+      for (std::size_t i = 0; i < (level >= 3 ? 1u : 512u); ++i)
+        largest[chunk] = std::max(largest[chunk], brick.extinction(i));
       if (level >= 3) continue;
       brick.sources(sources);
       BrickAnalysis& result = analysis.bricks[b];
@@ -183,7 +186,8 @@ Analysis analyse(const TreeData& lossless, const ErrorMeasure& measure) {
           brick.merged(l, cell, merged);
           const Brick::Deviation d = brick.deviation(l, cell, merged, sources);
           cost = std::max(cost, std::max(std::max(d.extinction, d.source) * chord, d.relative));
-          result.merge_deviation[i] = std::max(result.merge_deviation[i], static_cast<float>(d.extinction * (1 + 1e-6)));
+          result.merge_deviation[i] =
+              std::max(result.merge_deviation[i], static_cast<float>(d.extinction * (1 + 1e-6)));
           if (l == 3) result.source_deviation = static_cast<float>(d.source * (1 + 1e-6));
         }
         result.cost[i] = static_cast<float>(cost);
@@ -245,7 +249,8 @@ Compressed compress(const Analysis& analysis, const Compression& how) {
       for (std::size_t c = 0; c < channels; ++c) {
         const std::span<const float> values(&leaves[512 * c], count);
         const double weight = measure.optical_weight[c];
-        headers[c] = pack(values, level, weight > 0 ? how.step / weight : sixteen_bit_step(values), chunk.records, start);
+        headers[c] =
+            pack(values, level, weight > 0 ? how.step / weight : sixteen_bit_step(values), chunk.records, start);
         if (headers[c].bits() == 0) {
           headers[c].meta = ChannelHeader::make_meta(0, level, c * sizeof(ChannelHeader));
         }
@@ -262,7 +267,8 @@ Compressed compress(const Analysis& analysis, const Compression& how) {
         chunk.deviation.back() += weight * moved;
         // The mean is over the part in the domain, not over the record.
         const float mean = from.header(word, static_cast<int>(c)).mean;
-        std::memcpy(chunk.records.data() + start + c * sizeof(ChannelHeader) + offsetof(ChannelHeader, mean), &mean, sizeof mean);
+        std::memcpy(chunk.records.data() + start + c * sizeof(ChannelHeader) + offsetof(ChannelHeader, mean), &mean,
+                    sizeof mean);
       }
       chunk.records.resize((chunk.records.size() + kRecordUnit - 1) / kRecordUnit * kRecordUnit);
     }
@@ -295,7 +301,10 @@ Compressed compress(const Analysis& analysis, const Compression& how) {
     if (chunk.start[i] != kNowhere) {
       std::size_t end = chunk.records.size();
       for (std::size_t k = i + 1; k < chunk.start.size(); ++k) {
-        if (chunk.start[k] != kNowhere) { end = chunk.start[k]; break; }
+        if (chunk.start[k] != kNowhere) {
+          end = chunk.start[k];
+          break;
+        }
       }
       const std::uint32_t word = store.add(end - chunk.start[i]);
       std::memcpy(store.at(word), chunk.records.data() + chunk.start[i], end - chunk.start[i]);
@@ -310,8 +319,10 @@ Compressed compress(const Analysis& analysis, const Compression& how) {
       for (int z = first.z; z < std::min(first.z + side, tree.size.z); ++z) {
         for (int y = first.y; y < std::min(first.y + side, tree.size.y); ++y) {
           for (int x = first.x; x < std::min(first.x + side, tree.size.x); ++x) {
-            tree.table[(static_cast<std::size_t>(z) * static_cast<std::size_t>(tree.size.y) + static_cast<std::size_t>(y)) *
-                           static_cast<std::size_t>(tree.size.x) + static_cast<std::size_t>(x)] = word;
+            tree.table[(static_cast<std::size_t>(z) * static_cast<std::size_t>(tree.size.y) +
+                        static_cast<std::size_t>(y)) *
+                           static_cast<std::size_t>(tree.size.x) +
+                       static_cast<std::size_t>(x)] = word;
           }
         }
       }
@@ -330,8 +341,9 @@ Compressed compress(const Analysis& analysis, const Compression& how) {
       [&](int level, std::span<const std::uint32_t, 8> children) {
         const std::lock_guard lock(mutex);
         const auto value = [&](std::size_t child, std::size_t c) {
-          return Word::is_empty(children[child]) ? 0.0f
-                                                 : reinterpret_cast<const ChannelHeader*>(store.at(children[child]))[c].offset;
+          return Word::is_empty(children[child])
+                     ? 0.0f
+                     : reinterpret_cast<const ChannelHeader*>(store.at(children[child]))[c].offset;
         };
         bool equal = true;
         double weights[8], weight = 0;
@@ -339,7 +351,8 @@ Compressed compress(const Analysis& analysis, const Compression& how) {
         for (std::size_t k = 0; k < 8; ++k) {
           equal = equal && children[k] == children[0];
           weights[k] = 0;
-          for (std::size_t c = 0; c < channels; ++c) weights[k] += measure.optical_weight[c] * static_cast<double>(value(k, c));
+          for (std::size_t c = 0; c < channels; ++c)
+            weights[k] += measure.optical_weight[c] * static_cast<double>(value(k, c));
           weight += weights[k];
         }
         for (std::size_t c = 0; c < channels; ++c) {
@@ -359,7 +372,8 @@ Compressed compress(const Analysis& analysis, const Compression& how) {
             const double d = std::abs(static_cast<double>(at[c]) - static_cast<double>(merged[c]));
             difference += measure.optical_weight[c] * d;
             if (measure.optical_weight[c] == 0 && !analysis.emits() && d > 0) {
-              relative = std::max(relative, d / std::max(std::abs(static_cast<double>(at[c])), std::abs(static_cast<double>(merged[c]))));
+              relative = std::max(relative, d / std::max(std::abs(static_cast<double>(at[c])),
+                                                         std::abs(static_cast<double>(merged[c]))));
             }
           }
           all.extinction = std::max(all.extinction, child.extinction + difference);
@@ -381,7 +395,8 @@ Compressed compress(const Analysis& analysis, const Compression& how) {
   // A ray that moves mostly along one axis crosses each layer of words across it once, on at most 8 voxel
   // diagonals: no ray's optical depth differs by more than the layers' largest deviations add up to.
   std::array<std::vector<double>, 3> layers;
-  for (int axis = 0; axis < 3; ++axis) layers[static_cast<std::size_t>(axis)].assign(static_cast<std::size_t>(tree.size[axis]), 0);
+  for (int axis = 0; axis < 3; ++axis)
+    layers[static_cast<std::size_t>(axis)].assign(static_cast<std::size_t>(tree.size[axis]), 0);
   for (std::size_t b = 0; b < blocks; ++b) {
     const int at = static_cast<int>(from.blocks[b]);
     const Vec3i first(at % tree.size.x, at / tree.size.x % tree.size.y, at / (tree.size.x * tree.size.y));

@@ -24,7 +24,8 @@ auto with_values(const std::byte* record, const ChannelHeader* headers, std::spa
     return use(1.0, [=](std::ptrdiff_t i) {
       double sum = 0;
       for (std::size_t c = 0; c < weights.size(); ++c) {
-        if (weights[c] != 0) sum += weights[c] * static_cast<double>(detail::unpack(record, headers[c], static_cast<unsigned>(i)));
+        if (weights[c] != 0)
+          sum += weights[c] * static_cast<double>(detail::unpack(record, headers[c], static_cast<unsigned>(i)));
       }
       return sum;
     });
@@ -53,7 +54,9 @@ auto with_values(const std::byte* record, const ChannelHeader* headers, std::spa
 // Extinction where a record is one leaf; negative where it is not.
 double uniform_extinction(const ChannelHeader* headers, std::span<const double> weights, int only) noexcept {
   if (only >= 0) {
-    return headers[only].bits() == 0 ? weights[static_cast<std::size_t>(only)] * static_cast<double>(headers[only].offset) : -1.0;
+    return headers[only].bits() == 0
+               ? weights[static_cast<std::size_t>(only)] * static_cast<double>(headers[only].offset)
+               : -1.0;
   }
   double sum = 0;
   for (std::size_t c = 0; c < weights.size(); ++c) {
@@ -96,7 +99,9 @@ double block_depth(const TreeData& tree, const Line& line, std::uint32_t word, d
 // Where in a block its optical depth from `begin` on reaches `target`, which it does.
 double collision(const TreeData& tree, const Line& line, std::uint32_t word, double begin, double end, double target,
                  std::span<const double> weights, int only) noexcept {
-  const auto inside = [](double from, double to, double t) { return std::min(std::max(t, from), std::nextafter(to, from)); };
+  const auto inside = [](double from, double to, double t) {
+    return std::min(std::max(t, from), std::nextafter(to, from));
+  };
   const std::byte* record = tree.record(word);
   const ChannelHeader* headers = headers_of(tree, word);
   const double uniform = uniform_extinction(headers, weights, only);

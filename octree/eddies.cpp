@@ -75,8 +75,7 @@ Vec3d Eddies::origin_of(const Vec3d& x, double width_m) const noexcept {
   // The smallest eddies acted last, so they are undone first.
   for (std::size_t i = sizes_.size(); i-- > 0;) {
     const double amplitude = strength_ * std::min(sizes_[i], 2 * width_m) / kSteps;
-    for (int step = 0; step < kSteps; ++step)
-      from -= noise_(from * (2 / sizes_[i]) + offsets_[i]) * amplitude;
+    for (int step = 0; step < kSteps; ++step) from -= noise_(from * (2 / sizes_[i]) + offsets_[i]) * amplitude;
   }
   return from;
 }

@@ -2,13 +2,13 @@
 // (Bridson, Hourihan and Nordenstam, "Curl-noise for procedural fluid flow", SIGGRAPH 2007).
 #pragma once
 
-#include "octree/base/math.h"
-#include "octree/base/random.h"
-
 #include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
+
+#include "octree/base/math.h"
+#include "octree/base/random.h"
 
 namespace obscura::detail {
 

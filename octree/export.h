@@ -1,14 +1,14 @@
 // Volumes to files that other tools open, and what the same voxels would take in their memory.
 #pragma once
 
-#include "octree/octree.h"
-#include "octree/voxels.h"
-
 #include <cstdint>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <string>
+
+#include "octree/octree.h"
+#include "octree/voxels.h"
 
 namespace obscura {
 

@@ -9,9 +9,7 @@
 namespace obscura::detail {
 namespace {
 
-Vec3i half(const Vec3i& size) noexcept {
-  return {(size.x + 1) / 2, (size.y + 1) / 2, (size.z + 1) / 2};
-}
+Vec3i half(const Vec3i& size) noexcept { return {(size.x + 1) / 2, (size.y + 1) / 2, (size.z + 1) / 2}; }
 
 std::size_t volume(const Vec3i& size) noexcept {
   return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z);
@@ -23,8 +21,8 @@ template <class F>
 void for_each_parent(const Vec3i& size, F&& f) {
   const Vec3i parents = half(size);
   tbb::parallel_for(0, parents.z, [&](int z) {
-    std::size_t parent = static_cast<std::size_t>(z) * static_cast<std::size_t>(parents.x) *
-                         static_cast<std::size_t>(parents.y);
+    std::size_t parent =
+        static_cast<std::size_t>(z) * static_cast<std::size_t>(parents.x) * static_cast<std::size_t>(parents.y);
     for (int y = 0; y < parents.y; ++y) {
       for (int x = 0; x < parents.x; ++x, ++parent) {
         std::size_t children[8];
@@ -32,9 +30,10 @@ void for_each_parent(const Vec3i& size, F&& f) {
         for (int k = 0; k < 8; ++k) {
           const int cx = 2 * x + (k & 1), cy = 2 * y + ((k >> 1) & 1), cz = 2 * z + (k >> 2);
           if (cx >= size.x || cy >= size.y || cz >= size.z) continue;
-          children[count++] = (static_cast<std::size_t>(cz) * static_cast<std::size_t>(size.y) +
-                               static_cast<std::size_t>(cy)) * static_cast<std::size_t>(size.x) +
-                              static_cast<std::size_t>(cx);
+          children[count++] =
+              (static_cast<std::size_t>(cz) * static_cast<std::size_t>(size.y) + static_cast<std::size_t>(cy)) *
+                  static_cast<std::size_t>(size.x) +
+              static_cast<std::size_t>(cx);
         }
         f(parent, children, count);
       }
@@ -93,7 +92,8 @@ void merge_leaves(TreeData& tree, const std::function<bool(std::uint32_t word)>&
         for (std::size_t level = 4; level < levels.size(); ++level) {
           const int shift = static_cast<int>(level) - 3;
           const std::size_t cell = (static_cast<std::size_t>(z >> shift) * static_cast<std::size_t>(sizes[level].y) +
-                                    static_cast<std::size_t>(y >> shift)) * static_cast<std::size_t>(sizes[level].x) +
+                                    static_cast<std::size_t>(y >> shift)) *
+                                       static_cast<std::size_t>(sizes[level].x) +
                                    static_cast<std::size_t>(x >> shift);
           if (levels[level][cell] == kNotMerged) break;
           tree.table[at] = levels[level][cell];
@@ -132,9 +132,12 @@ namespace {
 void mark_distances(TreeData& tree) {
   const int nx = tree.size.x, ny = tree.size.y, nz = tree.size.z;
   std::vector<std::uint8_t> distance(tree.table.size());
-  for (std::size_t i = 0; i < distance.size(); ++i) distance[i] = Word::is_empty(tree.table[i]) ? Word::kMaxDistance : 0;
+  for (std::size_t i = 0; i < distance.size(); ++i)
+    distance[i] = Word::is_empty(tree.table[i]) ? Word::kMaxDistance : 0;
   const auto index = [&](int x, int y, int z) {
-    return (static_cast<std::size_t>(z) * static_cast<std::size_t>(ny) + static_cast<std::size_t>(y)) * static_cast<std::size_t>(nx) + static_cast<std::size_t>(x);
+    return (static_cast<std::size_t>(z) * static_cast<std::size_t>(ny) + static_cast<std::size_t>(y)) *
+               static_cast<std::size_t>(nx) +
+           static_cast<std::size_t>(x);
   };
   const auto relax = [&](int x, int y, int z, int side) {
     std::uint8_t& here = distance[index(x, y, z)];
@@ -205,8 +208,8 @@ void finish(TreeData& tree) {
           const Vec3i cell(i % children_size.x, i / children_size.x % children_size.y,
                            i / (children_size.x * children_size.y));
           const Vec3i corner = tree.origin + Vec3i(cell.x << (level - 1), cell.y << (level - 1), cell.z << (level - 1));
-          const Bounds child = below ? below->cells[children[k] * channels + c]
-                                     : cell_bounds(tree, static_cast<int>(c), {corner, 3});
+          const Bounds child =
+              below ? below->cells[children[k] * channels + c] : cell_bounds(tree, static_cast<int>(c), {corner, 3});
           const double part = domain_volume(tree.domain, {corner, level - 1});
           bounds.min = std::min(bounds.min, child.min);
           bounds.max = std::max(bounds.max, child.max);

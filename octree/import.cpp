@@ -1,14 +1,14 @@
 // Chooses the reader by the file's name.
 #include "octree/import.h"
 
-#include "octree/base/error.h"
-#include "octree/file_readers.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
+
+#include "octree/base/error.h"
+#include "octree/file_readers.h"
 
 namespace obscura {
 namespace detail {
@@ -40,10 +40,8 @@ enum class Format { vdb, nvdb, netcdf, les, raw };
 Format format_of(const std::filesystem::path& path) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status))
-    throw InputError(path.string(), "the file doesn't exist", "check its name");
-  if (std::filesystem::is_directory(status))
-    throw InputError(path.string(), "is a folder", "name a file");
+  if (!std::filesystem::exists(status)) throw InputError(path.string(), "the file doesn't exist", "check its name");
+  if (std::filesystem::is_directory(status)) throw InputError(path.string(), "is a folder", "name a file");
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -61,11 +59,16 @@ Format format_of(const std::filesystem::path& path) {
 
 std::vector<GridInfo> inspect_volume(const std::filesystem::path& file) {
   switch (detail::format_of(file)) {
-    case detail::Format::vdb: return detail::inspect_vdb(file);
-    case detail::Format::nvdb: return detail::inspect_nvdb(file);
-    case detail::Format::netcdf: return detail::inspect_netcdf(file);
-    case detail::Format::les: return detail::inspect_les(file);
-    case detail::Format::raw: break;
+    case detail::Format::vdb:
+      return detail::inspect_vdb(file);
+    case detail::Format::nvdb:
+      return detail::inspect_nvdb(file);
+    case detail::Format::netcdf:
+      return detail::inspect_netcdf(file);
+    case detail::Format::les:
+      return detail::inspect_les(file);
+    case detail::Format::raw:
+      break;
   }
   return detail::inspect_raw(file);
 }
@@ -78,11 +81,16 @@ std::vector<VoxelStream> open_volume(const std::filesystem::path& file, const st
                                 [file, read](const std::vector<GridRequest>& again) { return read(file, again); });
   };
   switch (detail::format_of(file)) {
-    case detail::Format::vdb: return sparse(detail::read_vdb);
-    case detail::Format::nvdb: return sparse(detail::read_nvdb);
-    case detail::Format::netcdf: return detail::open_netcdf(file, grids);
-    case detail::Format::les: return detail::make_streams(file.string(), detail::read_les(file, grids));
-    case detail::Format::raw: break;
+    case detail::Format::vdb:
+      return sparse(detail::read_vdb);
+    case detail::Format::nvdb:
+      return sparse(detail::read_nvdb);
+    case detail::Format::netcdf:
+      return detail::open_netcdf(file, grids);
+    case detail::Format::les:
+      return detail::make_streams(file.string(), detail::read_les(file, grids));
+    case detail::Format::raw:
+      break;
   }
   return detail::open_raw(file, grids);
 }

@@ -2,13 +2,13 @@
 // What a value means (smoke, water, temperature) is the caller's business.
 #pragma once
 
-#include "octree/base/math.h"
-#include "octree/voxels.h"
-
 #include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
+
+#include "octree/base/math.h"
+#include "octree/voxels.h"
 
 namespace obscura {
 
@@ -16,22 +16,22 @@ namespace obscura {
 /// the range of those values (active voxels in OpenVDB's terms, every cell of a dense file).
 struct GridInfo {
   std::string name;
-  std::string type;              ///< as the file says: "float", "half", "vec3s", "int16" ...
-  std::string units;             ///< of the values, as the file says; empty if it doesn't
-  bool scalar = true;            ///< open_volume() takes only scalar grids
-  Vec3i resolution{0, 0, 0};     ///< voxels
-  Box3i bounds;                  ///< voxels, [min, max)
-  Vec3d voxel_m{0, 0, 0};        ///< edge lengths
-  Affine index_to_local;         ///< voxel (i,j,k) spans [i,i+1) x [j,j+1) x [k,k+1); metres
-  bool affine = true;            ///< false: a frustum or another map that open_volume() refuses
+  std::string type;           ///< as the file says: "float", "half", "vec3s", "int16" ...
+  std::string units;          ///< of the values, as the file says; empty if it doesn't
+  bool scalar = true;         ///< open_volume() takes only scalar grids
+  Vec3i resolution{0, 0, 0};  ///< voxels
+  Box3i bounds;               ///< voxels, [min, max)
+  Vec3d voxel_m{0, 0, 0};     ///< edge lengths
+  Affine index_to_local;      ///< voxel (i,j,k) spans [i,i+1) x [j,j+1) x [k,k+1); metres
+  bool affine = true;         ///< false: a frustum or another map that open_volume() refuses
   double min = 0, max = 0;
-  double background = 0;         ///< value between the stored voxels
-  std::uint64_t active = 0;      ///< voxels that hold a value, those of tiles included
-  std::uint64_t tiles = 0;       ///< uniform cubes that the file stores as one value
-  std::uint64_t leaves = 0;      ///< 8^3 nodes that the file stores voxel by voxel
+  double background = 0;           ///< value between the stored voxels
+  std::uint64_t active = 0;        ///< voxels that hold a value, those of tiles included
+  std::uint64_t tiles = 0;         ///< uniform cubes that the file stores as one value
+  std::uint64_t leaves = 0;        ///< 8^3 nodes that the file stores voxel by voxel
   std::uint64_t bytes_source = 0;  ///< of the tree in memory in the file's own form (OpenVDB, NanoVDB)
   std::uint64_t bytes_dense = 0;   ///< float32 over `resolution`
-  std::size_t times = 1;         ///< steps of a time-dependent variable; the range is that of the first
+  std::size_t times = 1;           ///< steps of a time-dependent variable; the range is that of the first
 };
 
 /// A grid that is wanted and what its values may be. NaN and infinities are always refused.
@@ -57,13 +57,11 @@ std::vector<GridInfo> inspect_volume(const std::filesystem::path& file);
 /// of LES text (its grid points) become the centres of cells.
 /// @throws InputError naming the grid, and the voxel where a value is NaN, infinite or negative. Dense
 /// files are checked while they pour.
-std::vector<VoxelStream> open_volume(const std::filesystem::path& file,
-                                     const std::vector<GridRequest>& grids);
+std::vector<VoxelStream> open_volume(const std::filesystem::path& file, const std::vector<GridRequest>& grids);
 
 /// The same for grids that must not be negative; a background other than 0 fills the blocks that
 /// hold a value of any of the grids.
-std::vector<VoxelStream> open_volume(const std::filesystem::path& file,
-                                     const std::vector<std::string>& grids);
+std::vector<VoxelStream> open_volume(const std::filesystem::path& file, const std::vector<std::string>& grids);
 
 /// The channels of `onto` followed by those of `field`, sampled at the voxel centres of `onto`
 /// (trilinear between the voxel centres of `field`; its background outside). Only where `onto`

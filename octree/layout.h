@@ -37,9 +37,7 @@ namespace detail {
 /// A word of the top table, one per 8^3 voxels: an empty leaf with its level, or where a record is.
 struct Word {
   static constexpr std::uint32_t kEmpty = 0x80000000u;
-  static constexpr std::uint32_t empty(int level) noexcept {
-    return kEmpty | static_cast<std::uint32_t>(level);
-  }
+  static constexpr std::uint32_t empty(int level) noexcept { return kEmpty | static_cast<std::uint32_t>(level); }
   static constexpr bool is_empty(std::uint32_t word) noexcept { return (word & kEmpty) != 0; }
   static constexpr int empty_level(std::uint32_t word) noexcept { return static_cast<int>(word & 31u); }
   /// An empty word also tells how many bricks further the nearest is that is not empty, along the farthest axis:
@@ -97,8 +95,7 @@ inline float unpack(const std::byte* record, const ChannelHeader& header, unsign
 }
 
 /// All 8^3 voxels of a record, x fastest.
-inline void unpack_brick(const std::byte* record, const ChannelHeader& header,
-                         std::span<float, 512> out) noexcept {
+inline void unpack_brick(const std::byte* record, const ChannelHeader& header, std::span<float, 512> out) noexcept {
   if (header.bits() == 0) {
     std::fill(out.begin(), out.end(), header.offset);
     return;
@@ -111,8 +108,7 @@ inline void unpack_brick(const std::byte* record, const ChannelHeader& header,
   }
   for (int i = 0; i < 512; ++i) {
     const int x = (i & 7) >> level, y = ((i >> 3) & 7) >> level, z = (i >> 6) >> level;
-    out[static_cast<std::size_t>(i)] =
-        unpack(record, header, static_cast<unsigned>(x | y << bits | z << (2 * bits)));
+    out[static_cast<std::size_t>(i)] = unpack(record, header, static_cast<unsigned>(x | y << bits | z << (2 * bits)));
   }
 }
 
@@ -121,9 +117,8 @@ inline double domain_volume(const Box3i& domain, const Cell& cell) noexcept {
   double volume = 1;
   for (int axis = 0; axis < 3; ++axis) {
     const double low = std::max<double>(domain.min[axis], cell.corner[axis]);
-    const double high = std::min<double>(domain.max[axis],
-                                         static_cast<double>(cell.corner[axis]) +
-                                             static_cast<double>(std::int64_t{1} << cell.level));
+    const double high = std::min<double>(
+        domain.max[axis], static_cast<double>(cell.corner[axis]) + static_cast<double>(std::int64_t{1} << cell.level));
     volume *= std::max(0.0, high - low);
   }
   return volume;
@@ -149,13 +144,13 @@ struct FreeDeleter {
 struct TreeData {
   std::vector<std::string> channels;
   Affine index_to_local, local_to_index;
-  Box3i domain;                ///< [min, max)
-  Vec3i origin{0, 0, 0};       ///< of the table: domain.min rounded down to multiples of 8
-  Vec3i size{0, 0, 0};         ///< of the table, in words
+  Box3i domain;           ///< [min, max)
+  Vec3i origin{0, 0, 0};  ///< of the table: domain.min rounded down to multiples of 8
+  Vec3i size{0, 0, 0};    ///< of the table, in words
   int top_level = 3;
-  std::vector<std::uint32_t> table;   ///< x fastest
-  std::vector<std::uint32_t> blocks;  ///< index into the table of each block's first word, ascending
-  std::vector<PyramidLevel> pyramid;  ///< level 4, 5, ... top_level
+  std::vector<std::uint32_t> table;                  ///< x fastest
+  std::vector<std::uint32_t> blocks;                 ///< index into the table of each block's first word, ascending
+  std::vector<PyramidLevel> pyramid;                 ///< level 4, 5, ... top_level
   std::unique_ptr<std::byte[], FreeDeleter> memory;  ///< kRecordPadding bytes, the records, kRecordPadding bytes
   std::size_t record_bytes = 0;
   bool lossless = true;  ///< all values are floats (or uniform); else all are packed
@@ -172,13 +167,14 @@ struct TreeData {
   }
   std::size_t table_index(const Vec3i& voxel) const noexcept {
     return (static_cast<std::size_t>((voxel.z - origin.z) >> 3) * static_cast<std::size_t>(size.y) +
-            static_cast<std::size_t>((voxel.y - origin.y) >> 3)) * static_cast<std::size_t>(size.x) +
+            static_cast<std::size_t>((voxel.y - origin.y) >> 3)) *
+               static_cast<std::size_t>(size.x) +
            static_cast<std::size_t>((voxel.x - origin.x) >> 3);
   }
   std::uint32_t word_at(const Vec3i& voxel) const noexcept { return table[table_index(voxel)]; }
   bool holds(const Vec3i& voxel) const noexcept {
-    return voxel.x >= domain.min.x && voxel.x < domain.max.x && voxel.y >= domain.min.y &&
-           voxel.y < domain.max.y && voxel.z >= domain.min.z && voxel.z < domain.max.z;
+    return voxel.x >= domain.min.x && voxel.x < domain.max.x && voxel.y >= domain.min.y && voxel.y < domain.max.y &&
+           voxel.z >= domain.min.z && voxel.z < domain.max.z;
   }
   /// Level of the leaf, or 3 where there is a brick.
   int block_level(std::uint32_t word) const noexcept {
@@ -195,7 +191,8 @@ struct TreeData {
     const PyramidLevel& cells = pyramid[static_cast<std::size_t>(level - 4)];
     const std::size_t index =
         (static_cast<std::size_t>((voxel.z - origin.z) >> level) * static_cast<std::size_t>(cells.size.y) +
-         static_cast<std::size_t>((voxel.y - origin.y) >> level)) * static_cast<std::size_t>(cells.size.x) +
+         static_cast<std::size_t>((voxel.y - origin.y) >> level)) *
+            static_cast<std::size_t>(cells.size.x) +
         static_cast<std::size_t>((voxel.x - origin.x) >> level);
     return cells.cells[index * channels.size() + static_cast<std::size_t>(channel)];
   }

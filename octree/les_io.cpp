@@ -8,11 +8,6 @@
 //   x,y,z,lwc,reff               ...
 //   i,j,k,lwc,reff
 //   ...
-#include "octree/base/error.h"
-#include "octree/file_readers.h"
-#include "octree/slabs.h"
-#include "octree/sparse_grid.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -22,6 +17,11 @@
 #include <memory>
 #include <sstream>
 #include <tuple>
+
+#include "octree/base/error.h"
+#include "octree/file_readers.h"
+#include "octree/slabs.h"
+#include "octree/sparse_grid.h"
 
 namespace obscura::detail {
 namespace {
@@ -53,7 +53,8 @@ class LesReader {
     LesField field;
     for (int axis = 0; axis < 3; ++axis) {
       const double n = header_number("the sizes nx, ny, nz");
-      if (!(n >= 1 && n <= 1 << 20) || n != std::floor(n)) fail(fmt::format("{} is not a size", n), "whole numbers from 1 on");
+      if (!(n >= 1 && n <= 1 << 20) || n != std::floor(n))
+        fail(fmt::format("{} is not a size", n), "whole numbers from 1 on");
       field.resolution[axis] = static_cast<int>(n);
     }
     Vec3d voxel;
@@ -130,7 +131,8 @@ class LesReader {
     if (token_ == tokens_.size() && !next_line())
       throw InputError(path_, line_ == 0 ? "the file is empty" : fmt::format("the file ends before {}", what),
                        "an LES text begins with nx,ny,nz; dx,dy; levels");
-    if (!is_number(tokens_[token_])) fail(fmt::format("'{}' stands where {} belong", tokens_[token_], what), "give numbers");
+    if (!is_number(tokens_[token_]))
+      fail(fmt::format("'{}' stands where {} belong", tokens_[token_], what), "give numbers");
     return number(tokens_[token_++]);
   }
 
@@ -152,12 +154,14 @@ class LesReader {
   void read_point(LesField& field) {
     const std::size_t columns = field.names.size();
     if (tokens_.size() != 3 + columns)
-      fail(fmt::format("{} numbers, not {}", tokens_.size(), 3 + columns), "i, j, k and a value per grid; the line may be cut off");
+      fail(fmt::format("{} numbers, not {}", tokens_.size(), 3 + columns),
+           "i, j, k and a value per grid; the line may be cut off");
     Vec3i voxel;
     for (int axis = 0; axis < 3; ++axis) {
       const double index = number(tokens_[axis]);
       if (!(index >= 0 && index < field.resolution[axis]) || index != std::floor(index))
-        fail(fmt::format("index {} lies outside 0 to {}", tokens_[axis], field.resolution[axis] - 1), "indices count from 0");
+        fail(fmt::format("index {} lies outside 0 to {}", tokens_[axis], field.resolution[axis] - 1),
+             "indices count from 0");
       voxel[axis] = static_cast<int>(index);
     }
     const Vec3i corner(voxel.x & ~7, voxel.y & ~7, voxel.z & ~7);
@@ -211,8 +215,8 @@ std::vector<SparseGrid> read_les(const std::filesystem::path& path, const std::v
   check_names(path, field->names, requests);
   std::vector<SparseGrid> result;
   for (const GridRequest& request : requests) {
-    const auto column = static_cast<std::size_t>(
-        std::find(field->names.begin(), field->names.end(), request.name) - field->names.begin());
+    const auto column = static_cast<std::size_t>(std::find(field->names.begin(), field->names.end(), request.name) -
+                                                 field->names.begin());
     SparseGrid grid;
     grid.request = request;
     grid.where = where_of(path, request.name);

@@ -40,7 +40,8 @@ bool Line::start(const Ray& ray) noexcept {
     exact_ = exact_ || (direction_[a] != 0 && std::abs(direction_[a]) < 4e-5 * extent * fastest);
     const double position = (origin_[a] + t_ * direction_[a] - tree_.origin[a]) / 8;
     const int last = tree_.size[a] - 1;
-    const int block = locate(a, t_, tree_.origin[a], 8, static_cast<int>(std::clamp(position, 0.0, last + 0.0)), 0, last);
+    const int block =
+        locate(a, t_, tree_.origin[a], 8, static_cast<int>(std::clamp(position, 0.0, last + 0.0)), 0, last);
     plane_[a] = block_plane(a, block + up_[a]);
     next_[a] = time(a, plane_[a]);
     word_ += block * stride;
@@ -104,7 +105,8 @@ void Line::jump(const double (&planes)[3]) noexcept {
       const int before = up_[a] ? beyond - 1 : beyond + 1;  // the last block before the plane
       const double position = (origin_[a] + to * direction_[a] - tree_.origin[a]) * 0.125;
       const int low = std::max(0, std::min(here, before)), high = std::min(tree_.size[a] - 1, std::max(here, before));
-      block = locate(a, to, tree_.origin[a], 8, static_cast<int>(std::clamp(position, low + 0.0, high + 0.0)), low, high);
+      block =
+          locate(a, to, tree_.origin[a], 8, static_cast<int>(std::clamp(position, low + 0.0, high + 0.0)), low, high);
     }
     plane_[a] = block_plane(a, block + up_[a]);
     next_[a] = time(a, plane_[a]);

@@ -18,9 +18,7 @@ namespace obscura::detail {
 /// Directions whose inverse would overflow are parallel to the axis.
 inline constexpr double kSmallestDirection = std::numeric_limits<double>::min();
 
-inline bool finite(const Vec3d& v) noexcept {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
+inline bool finite(const Vec3d& v) noexcept { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 /// The leaves of one brick along a ray: the number of the first, the times of the next planes, the times from plane to
 /// plane and how the number changes there.

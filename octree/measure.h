@@ -35,7 +35,7 @@ class MeasuringRays {
   const Octree& lossless_;
   const ErrorMeasure& measure_;
   std::vector<Ray> rays_;
-  mutable std::vector<double> depths_;     // of the lossless tree, as many as were needed so far
+  mutable std::vector<double> depths_;  // of the lossless tree, as many as were needed so far
   mutable std::vector<double> radiances_;
 };
 

@@ -1,8 +1,6 @@
 // Roles, units and cells of axes.
 #include "octree/netcdf_axes.h"
 
-#include "octree/base/error.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,11 +9,14 @@
 #include <cmath>
 #include <map>
 
+#include "octree/base/error.h"
+
 namespace obscura::detail {
 namespace {
 
 std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return text;
 }
 
@@ -30,7 +31,8 @@ double metres_per(const std::string& where, const FileAxis& axis) {
   if (one_of(unit, {"cm", "centimeter", "centimeters", "centimetre", "centimetres"})) return 0.01;
   if (one_of(unit, {"mm", "millimeter", "millimeters", "millimetre", "millimetres"})) return 0.001;
   if (unit.empty())
-    throw InputError(where, fmt::format("coordinate '{}' has no units", axis.name), "give it the units attribute m or km");
+    throw InputError(where, fmt::format("coordinate '{}' has no units", axis.name),
+                     "give it the units attribute m or km");
   throw InputError(where, fmt::format("coordinate '{}' is in '{}'", axis.name, axis.units),
                    "axes must be lengths (m or km); project degrees or pressure onto metres first");
 }
@@ -54,7 +56,8 @@ AxisRole role_of(const FileAxis& axis) {
   const std::string name = lower(axis.name);
   if (one_of(name, {"time", "t", "times"})) return AxisRole::time;
   if (one_of(name, {"x", "xc", "xt", "xm", "nx", "west_east", "lon", "longitude", "easting", "ni"})) return AxisRole::x;
-  if (one_of(name, {"y", "yc", "yt", "ym", "ny", "south_north", "lat", "latitude", "northing", "nj"})) return AxisRole::y;
+  if (one_of(name, {"y", "yc", "yt", "ym", "ny", "south_north", "lat", "latitude", "northing", "nj"}))
+    return AxisRole::y;
   if (one_of(name, {"z", "zc", "zt", "zm", "nz", "bottom_top", "lev", "level", "height", "altitude", "alt", "nk"}))
     return AxisRole::z;
   return AxisRole::unknown;
@@ -69,7 +72,8 @@ LatticeAxis lattice_axis(const std::string& where, const FileAxis& axis) {
   }();
   const int n = static_cast<int>(axis.points.size());
   if (n < 2)
-    throw InputError(where, fmt::format("coordinate '{}' has one point, which doesn't say how thick its cell is", axis.name),
+    throw InputError(where,
+                     fmt::format("coordinate '{}' has one point, which doesn't say how thick its cell is", axis.name),
                      "give at least two points");
 
   // Ascending order, whatever the file's.
@@ -79,7 +83,8 @@ LatticeAxis lattice_axis(const std::string& where, const FileAxis& axis) {
   for (int i = 0; i < n; ++i) points.push_back(axis.points[static_cast<std::size_t>(in_file(i))] * metres);
   for (int i = 0; i < n; ++i)
     if (!std::isfinite(points[i]) || (i > 0 && !(points[i] > points[i - 1])))
-      throw InputError(where, fmt::format("coordinate '{}' neither ascends nor descends at point {}", axis.name, in_file(i)),
+      throw InputError(where,
+                       fmt::format("coordinate '{}' neither ascends nor descends at point {}", axis.name, in_file(i)),
                        "sort it");
 
   LatticeAxis result;
@@ -102,8 +107,9 @@ LatticeAxis lattice_axis(const std::string& where, const FileAxis& axis) {
   const double length = edges.back() - edges.front();
   const double cells = std::ceil(length / thinnest * (1 - 1e-9));
   if (cells > 32.0 * n)
-    throw InputError(where, fmt::format("coordinate '{}' has cells from {:.3g} m on over {:.3g} m", axis.name, thinnest, length),
-                     "too uneven for even cells; interpolate it to even spacing first");
+    throw InputError(
+        where, fmt::format("coordinate '{}' has cells from {:.3g} m on over {:.3g} m", axis.name, thinnest, length),
+        "too uneven for even cells; interpolate it to even spacing first");
   result.voxel_m = length / cells;
   result.origin_m = edges.front();
   int first = 0;

@@ -2,18 +2,18 @@
 // 4 and 5). Internal to the NetCDF reader; opens no file.
 #pragma once
 
-#include "octree/base/math.h"
-
 #include <string>
 #include <vector>
+
+#include "octree/base/math.h"
 
 namespace obscura::detail {
 
 /// What the file says about one dimension of a variable.
 struct FileAxis {
-  std::string name;              ///< of the dimension
+  std::string name;  ///< of the dimension
   std::size_t length = 0;
-  std::vector<double> points;    ///< of its coordinate variable; empty without one
+  std::vector<double> points;              ///< of its coordinate variable; empty without one
   std::string units, axis, standard_name;  ///< attributes of the coordinate variable
 };
 
@@ -29,7 +29,7 @@ struct LatticeAxis {
   double origin_m = 0;  ///< lower end of the first cell
   double voxel_m = 0;
   struct Share {
-    int point;          ///< in the file's order
+    int point;  ///< in the file's order
     double weight;
   };
   std::vector<std::vector<Share>> cells;

@@ -1,9 +1,4 @@
 // Variables over three axes from NetCDF files that follow the CF conventions.
-#include "octree/base/error.h"
-#include "octree/file_readers.h"
-#include "octree/netcdf_axes.h"
-#include "octree/slabs.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <netcdf.h>
@@ -13,6 +8,11 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+
+#include "octree/base/error.h"
+#include "octree/file_readers.h"
+#include "octree/netcdf_axes.h"
+#include "octree/slabs.h"
 
 namespace obscura::detail {
 namespace {
@@ -73,12 +73,12 @@ struct Variable {
   std::string name, units;
   int id = -1;
   nc_type type = NC_NAT;
-  std::vector<FileAxis> dimensions;        // in the file's order
-  std::array<int, 3> place{-1, -1, -1};    // of x, y and z among them
+  std::vector<FileAxis> dimensions;      // in the file's order
+  std::array<int, 3> place{-1, -1, -1};  // of x, y and z among them
   int time_place = -1;
   std::size_t times = 1;
   double scale = 1, offset = 0;
-  std::vector<double> fill;                // packed values that mean: nothing here
+  std::vector<double> fill;  // packed values that mean: nothing here
   bool nan_is_fill = false;
 };
 
@@ -112,13 +112,20 @@ FileAxis file_axis(const NetcdfFile& file, int dimension) {
 double default_fill(nc_type type) {
   // Of the types that CF says are filled when nothing was written; bytes are not.
   switch (type) {
-    case NC_FLOAT: return static_cast<double>(NC_FILL_FLOAT);
-    case NC_DOUBLE: return NC_FILL_DOUBLE;
-    case NC_SHORT: return NC_FILL_SHORT;
-    case NC_USHORT: return NC_FILL_USHORT;
-    case NC_INT: return NC_FILL_INT;
-    case NC_UINT: return NC_FILL_UINT;
-    default: return std::nan("");
+    case NC_FLOAT:
+      return static_cast<double>(NC_FILL_FLOAT);
+    case NC_DOUBLE:
+      return NC_FILL_DOUBLE;
+    case NC_SHORT:
+      return NC_FILL_SHORT;
+    case NC_USHORT:
+      return NC_FILL_USHORT;
+    case NC_INT:
+      return NC_FILL_INT;
+    case NC_UINT:
+      return NC_FILL_UINT;
+    default:
+      return std::nan("");
   }
 }
 
@@ -269,23 +276,34 @@ SlabSource source_of(const std::shared_ptr<NetcdfFile>& file, std::vector<Variab
 
 std::string type_name(nc_type type) {
   switch (type) {
-    case NC_BYTE: return "int8";
-    case NC_UBYTE: return "uint8";
-    case NC_SHORT: return "int16";
-    case NC_USHORT: return "uint16";
-    case NC_INT: return "int32";
-    case NC_UINT: return "uint32";
-    case NC_INT64: return "int64";
-    case NC_UINT64: return "uint64";
-    case NC_FLOAT: return "float32";
-    default: return "float64";
+    case NC_BYTE:
+      return "int8";
+    case NC_UBYTE:
+      return "uint8";
+    case NC_SHORT:
+      return "int16";
+    case NC_USHORT:
+      return "uint16";
+    case NC_INT:
+      return "int32";
+    case NC_UINT:
+      return "uint32";
+    case NC_INT64:
+      return "int64";
+    case NC_UINT64:
+      return "uint64";
+    case NC_FLOAT:
+      return "float32";
+    default:
+      return "float64";
   }
 }
 
 std::size_t bytes_of(nc_type type) {
-  return type == NC_BYTE || type == NC_UBYTE ? 1
-         : type == NC_SHORT || type == NC_USHORT ? 2
-         : type == NC_DOUBLE || type == NC_INT64 || type == NC_UINT64 ? 8 : 4;
+  return type == NC_BYTE || type == NC_UBYTE                          ? 1
+         : type == NC_SHORT || type == NC_USHORT                      ? 2
+         : type == NC_DOUBLE || type == NC_INT64 || type == NC_UINT64 ? 8
+                                                                      : 4;
 }
 
 }  // namespace
@@ -344,8 +362,8 @@ std::vector<VoxelStream> open_netcdf(const std::filesystem::path& path, const st
   }
   std::vector<VoxelStream> streams;
   for (Group& group : groups)
-    streams.push_back(stream_slabs(
-        source_of(file, std::move(group.variables), std::move(group.lattice), std::move(group.requests))));
+    streams.push_back(
+        stream_slabs(source_of(file, std::move(group.variables), std::move(group.lattice), std::move(group.requests))));
   return streams;
 }
 

@@ -63,19 +63,32 @@ bool dispatch(nanovdb::GridType type, F&& f) {
     return true;
   };
   switch (type) {
-    case nanovdb::GridType::Float: return call(static_cast<float*>(nullptr));
-    case nanovdb::GridType::Double: return call(static_cast<double*>(nullptr));
-    case nanovdb::GridType::Int16: return call(static_cast<std::int16_t*>(nullptr));
-    case nanovdb::GridType::Int32: return call(static_cast<std::int32_t*>(nullptr));
-    case nanovdb::GridType::Int64: return call(static_cast<std::int64_t*>(nullptr));
-    case nanovdb::GridType::UInt32: return call(static_cast<std::uint32_t*>(nullptr));
-    case nanovdb::GridType::Boolean: return call(static_cast<bool*>(nullptr));
-    case nanovdb::GridType::Mask: return call(static_cast<nanovdb::ValueMask*>(nullptr));
-    case nanovdb::GridType::Fp4: return call(static_cast<nanovdb::Fp4*>(nullptr));
-    case nanovdb::GridType::Fp8: return call(static_cast<nanovdb::Fp8*>(nullptr));
-    case nanovdb::GridType::Fp16: return call(static_cast<nanovdb::Fp16*>(nullptr));
-    case nanovdb::GridType::FpN: return call(static_cast<nanovdb::FpN*>(nullptr));
-    default: return false;
+    case nanovdb::GridType::Float:
+      return call(static_cast<float*>(nullptr));
+    case nanovdb::GridType::Double:
+      return call(static_cast<double*>(nullptr));
+    case nanovdb::GridType::Int16:
+      return call(static_cast<std::int16_t*>(nullptr));
+    case nanovdb::GridType::Int32:
+      return call(static_cast<std::int32_t*>(nullptr));
+    case nanovdb::GridType::Int64:
+      return call(static_cast<std::int64_t*>(nullptr));
+    case nanovdb::GridType::UInt32:
+      return call(static_cast<std::uint32_t*>(nullptr));
+    case nanovdb::GridType::Boolean:
+      return call(static_cast<bool*>(nullptr));
+    case nanovdb::GridType::Mask:
+      return call(static_cast<nanovdb::ValueMask*>(nullptr));
+    case nanovdb::GridType::Fp4:
+      return call(static_cast<nanovdb::Fp4*>(nullptr));
+    case nanovdb::GridType::Fp8:
+      return call(static_cast<nanovdb::Fp8*>(nullptr));
+    case nanovdb::GridType::Fp16:
+      return call(static_cast<nanovdb::Fp16*>(nullptr));
+    case nanovdb::GridType::FpN:
+      return call(static_cast<nanovdb::FpN*>(nullptr));
+    default:
+      return false;
   }
 }
 
@@ -147,8 +160,8 @@ struct Nodes {
           visit(data->getChild(n), 3);
         }
       } else {
-        tiles.push_back({corner_of(node->offsetToGlobalCoord(n)), level, static_cast<float>(data->getValue(n)),
-                         data->isActive(n)});
+        tiles.push_back(
+            {corner_of(node->offsetToGlobalCoord(n)), level, static_cast<float>(data->getValue(n)), data->isActive(n)});
       }
     }
   }
@@ -174,7 +187,8 @@ SparseGrid sparse_grid(const std::shared_ptr<const Handle>& handle, const std::s
     for (int z = 0; z < 8; ++z)
       for (int y = 0; y < 8; ++y)
         for (int x = 0; x < 8; ++x)
-          values[x + 8 * y + 64 * z] = static_cast<float>(leaf.getValue(static_cast<std::uint32_t>(64 * x + 8 * y + z)));
+          values[x + 8 * y + 64 * z] =
+              static_cast<float>(leaf.getValue(static_cast<std::uint32_t>(64 * x + 8 * y + z)));
   };
   return grid;
 }
@@ -239,12 +253,10 @@ std::vector<SparseGrid> read_nvdb(const std::filesystem::path& path, const std::
   check_names(path, names, requests);
   std::vector<SparseGrid> result;
   for (const GridRequest& request : requests) {
-    const auto& handle =
-        file.grids[std::size_t(std::find(names.begin(), names.end(), request.name) - names.begin())];
+    const auto& handle = file.grids[std::size_t(std::find(names.begin(), names.end(), request.name) - names.begin())];
     const nanovdb::GridType type = handle->gridMetaData()->gridType();
-    const bool scalar = dispatch(type, [&]<class Build>(Build*) {
-      result.push_back(sparse_grid<Build>(handle, file.path, request));
-    });
+    const bool scalar =
+        dispatch(type, [&]<class Build>(Build*) { result.push_back(sparse_grid<Build>(handle, file.path, request)); });
     if (!scalar)
       throw InputError(where_of(path, request.name), fmt::format("holds {} values, not scalars", nanovdb::toStr(type)),
                        "name a grid of floats, doubles, integers or booleans");

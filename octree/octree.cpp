@@ -43,8 +43,7 @@ Bounds cell_bounds(const TreeData& tree, int channel, const Cell& cell) noexcept
   for (int z = first.z; z < first.z + side; ++z) {
     for (int y = first.y; y < first.y + side; ++y) {
       for (int x = first.x; x < first.x + side; ++x) {
-        const float value = unpack(tree.record(word), header,
-                                   static_cast<unsigned>(x | y << bits | z << (2 * bits)));
+        const float value = unpack(tree.record(word), header, static_cast<unsigned>(x | y << bits | z << (2 * bits)));
         result.min = std::min(result.min, value);
         result.max = std::max(result.max, value);
         const Vec3i corner = tree.corner(cell.corner, 3) + Vec3i(x << level, y << level, z << level);
@@ -64,12 +63,12 @@ namespace {
 
 // The voxel that holds a point, or one outside the domain.
 bool voxel_of(const Box3i& domain, const Vec3d& p, Vec3i& voxel) noexcept {
-  if (!(p.x >= domain.min.x && p.x < domain.max.x && p.y >= domain.min.y && p.y < domain.max.y &&
-        p.z >= domain.min.z && p.z < domain.max.z)) {
+  if (!(p.x >= domain.min.x && p.x < domain.max.x && p.y >= domain.min.y && p.y < domain.max.y && p.z >= domain.min.z &&
+        p.z < domain.max.z)) {
     return false;
   }
-  voxel = Vec3i(static_cast<int>(std::floor(p.x)), static_cast<int>(std::floor(p.y)),
-                static_cast<int>(std::floor(p.z)));
+  voxel =
+      Vec3i(static_cast<int>(std::floor(p.x)), static_cast<int>(std::floor(p.y)), static_cast<int>(std::floor(p.z)));
   return true;
 }
 
@@ -91,8 +90,7 @@ float Octree::value(int channel, const Vec3d& index_point) const noexcept {
   const detail::ChannelHeader& header = data_.header(word, channel);
   if (header.bits() == 0) return header.offset;
   const Vec3i at = voxel - data_.origin;
-  return detail::unpack(data_.record(word), header,
-                        leaf_of(Vec3i(at.x & 7, at.y & 7, at.z & 7), header.cell_level()));
+  return detail::unpack(data_.record(word), header, leaf_of(Vec3i(at.x & 7, at.y & 7, at.z & 7), header.cell_level()));
 }
 
 float Octree::value(int channel, const Vec3d& index_point, int level) const noexcept {
@@ -100,8 +98,7 @@ float Octree::value(int channel, const Vec3d& index_point, int level) const noex
   Vec3i voxel;
   if (!voxel_of(data_.domain, index_point, voxel)) return 0;
   const std::uint32_t word = data_.word_at(voxel);
-  const int leaf = detail::Word::is_empty(word) ? detail::Word::empty_level(word)
-                                                : data_.header(word, 0).cell_level();
+  const int leaf = detail::Word::is_empty(word) ? detail::Word::empty_level(word) : data_.header(word, 0).cell_level();
   if (leaf >= level) return value(channel, index_point);
   return detail::cell_bounds(data_, channel, cell_at(voxel, std::min(level, data_.top_level))).mean;
 }

@@ -26,12 +26,12 @@ struct OctreeStatistics {
   std::vector<std::uint64_t> empty_leaves;  ///< empty leaves per level >= 3 (empty voxels of bricks count as leaves)
   std::uint64_t bricks = 0;
   std::uint64_t uniform_blocks = 0;
-  std::uint64_t bytes = 0;            ///< all that the octree holds
-  std::uint64_t bytes_table = 0;      ///< top table and block list
-  std::uint64_t bytes_headers = 0;    ///< record headers
-  std::uint64_t bytes_values = 0;     ///< packed values, with the gaps between records
-  std::uint64_t bytes_pyramid = 0;    ///< bounds above the bricks
-  std::uint64_t bytes_dense = 0;      ///< float per voxel of the domain and channel
+  std::uint64_t bytes = 0;             ///< all that the octree holds
+  std::uint64_t bytes_table = 0;       ///< top table and block list
+  std::uint64_t bytes_headers = 0;     ///< record headers
+  std::uint64_t bytes_values = 0;      ///< packed values, with the gaps between records
+  std::uint64_t bytes_pyramid = 0;     ///< bounds above the bricks
+  std::uint64_t bytes_dense = 0;       ///< float per voxel of the domain and channel
   std::vector<double> bits_per_value;  ///< per channel: mean over the bricks' stored values
 };
 

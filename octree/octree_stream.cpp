@@ -1,9 +1,9 @@
 // An octree as a source of voxels again.
-#include "octree/export.h"
-
 #include <tbb/parallel_for.h>
 
 #include <array>
+
+#include "octree/export.h"
 
 namespace obscura {
 namespace {

@@ -2,9 +2,6 @@
 // the sum over puffs at every voxel of the bricks they reach.
 #include "octree/puffs.h"
 
-#include "octree/base/error.h"
-#include "octree/eddies.h"
-
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
@@ -15,17 +12,20 @@
 #include <memory>
 #include <tuple>
 
+#include "octree/base/error.h"
+#include "octree/eddies.h"
+
 namespace obscura {
 namespace {
 
 constexpr double kAmbientK = 288;
 constexpr double kGravity = 9.80665;
-constexpr double kSourceSigma = 0.15;     // m, of the hot jet above a pot
-constexpr double kSourceSpeed = 2;        // m/s, of the same
-constexpr double kEntrainment = 0.35;     // sigma gained per metre of rise (radius 0.6 of it: Briggs 1975)
-constexpr double kCutoff = 2.6;            // sigmas
-constexpr int kClumps = 5;                // a puff is this many smaller ones
-constexpr double kClumpSigma = 0.45;      // of the puff's; the rest of the variance is in their places
+constexpr double kSourceSigma = 0.15;  // m, of the hot jet above a pot
+constexpr double kSourceSpeed = 2;     // m/s, of the same
+constexpr double kEntrainment = 0.35;  // sigma gained per metre of rise (radius 0.6 of it: Briggs 1975)
+constexpr double kCutoff = 2.6;        // sigmas
+constexpr int kClumps = 5;             // a puff is this many smaller ones
+constexpr double kClumpSigma = 0.45;   // of the puff's; the rest of the variance is in their places
 constexpr std::uint64_t kMaxVoxels = std::uint64_t{1} << 27;
 constexpr std::uint32_t kPurpose = 0x70756666;  // this file's random numbers
 
@@ -41,7 +41,9 @@ struct Clump {
 class Plume {
  public:
   Plume(const PuffSource& source, const PuffSettings& settings)
-      : source_(&source), wind_(settings.wind_m_s), turbulence_(settings.turbulence),
+      : source_(&source),
+        wind_(settings.wind_m_s),
+        turbulence_(settings.turbulence),
         sigma0_(std::max(kSourceSigma, 0.7 * settings.voxel_m)) {
     speed_ = std::max(0.5, wind_.length());
     // Buoyancy flux of the jet, F = g w r^2 (T - Ta) / T with r^2 = 2 sigma^2.
@@ -57,14 +59,10 @@ class Plume {
     const double ambient = 0.3 * turbulence_ * speed_ * age + 0.02 * age;
     return std::sqrt(sigma0_ * sigma0_ + entrained * entrained + ambient * ambient);
   }
-  Vec3d centre(double age) const noexcept {
-    return source_->position_m + wind_ * age + Vec3d(0, 0, rise(age));
-  }
+  Vec3d centre(double age) const noexcept { return source_->position_m + wind_ * age + Vec3d(0, 0, rise(age)); }
   double speed() const noexcept { return speed_; }
   /// Sigma of the smoke that has come as far as a point.
-  double width_at(const Vec3d& point) const noexcept {
-    return sigma((point - source_->position_m).length() / speed_);
-  }
+  double width_at(const Vec3d& point) const noexcept { return sigma((point - source_->position_m).length() / speed_); }
 
   /// Concentration on the axis of a smooth plume, or in the middle of a single puff, at a point's distance.
   double mean_concentration(const Vec3d& point) const noexcept {
@@ -125,8 +123,8 @@ void release(const Plume& plume, const PuffSource& source, int index, const Puff
       const double own = kClumpSigma * sigma * std::exp(0.35 * (2 * random.uniform() - 1));
       const double mass = static_cast<double>(stride) * -std::log(random.uniform());
       total += mass;
-      all.push_back({plume.centre(age) + offset, mass / (std::pow(2 * kPi, 1.5) * own * own * own),
-                     1 / (2 * own * own), own, index});
+      all.push_back({plume.centre(age) + offset, mass / (std::pow(2 * kPi, 1.5) * own * own * own), 1 / (2 * own * own),
+                     own, index});
     }
   }
   for (Clump& clump : all) {
@@ -144,10 +142,8 @@ void check(const PuffSettings& settings) {
   for (std::size_t i = 0; i < settings.sources.size(); ++i) {
     const PuffSource& source = settings.sources[i];
     const std::string where = fmt::format("puffs/sources/{}", i);
-    require(source.mass_g >= 0 && std::isfinite(source.mass_g), where + "/mass_g", source.mass_g,
-            "must be 0 or more");
-    require(source.burn_s >= 0 && std::isfinite(source.burn_s), where + "/burn_s", source.burn_s,
-            "must be 0 or more");
+    require(source.mass_g >= 0 && std::isfinite(source.mass_g), where + "/mass_g", source.mass_g, "must be 0 or more");
+    require(source.burn_s >= 0 && std::isfinite(source.burn_s), where + "/burn_s", source.burn_s, "must be 0 or more");
     require(source.K > 0 && source.K <= 5000, where + "/K", source.K, "must lie between 0 and 5000");
     require(std::isfinite(source.position_m.length()), where + "/position_m", source.position_m.length(),
             "must be finite");
@@ -155,8 +151,7 @@ void check(const PuffSettings& settings) {
   require(settings.wind_m_s.length() <= 100, "puffs/wind_m_s", settings.wind_m_s.length(), "at most 100 m/s");
   require(settings.turbulence >= 0 && settings.turbulence <= 1, "puffs/turbulence", settings.turbulence,
           "must lie between 0 and 1");
-  require(settings.age_s >= 0 && settings.age_s <= 3600, "puffs/age_s", settings.age_s,
-          "must lie between 0 and 3600");
+  require(settings.age_s >= 0 && settings.age_s <= 3600, "puffs/age_s", settings.age_s, "must lie between 0 and 3600");
   require(settings.voxel_m > 0 && std::isfinite(settings.voxel_m), "puffs/voxel_m", settings.voxel_m,
           "must be positive");
   if (!problems.empty()) throw InputError(problems);
@@ -214,8 +209,7 @@ VoxelStream puffs_stream(const PuffSettings& settings) {
   for (std::size_t i = 0; i < clumps.size(); ++i) {
     const Clump& clump = clumps[i];
     const Plume& plume = plumes[clump.source];
-    reach[i] = kCutoff * clump.sigma +
-               eddies.farthest(plume.width_at(clump.centre));
+    reach[i] = kCutoff * clump.sigma + eddies.farthest(plume.width_at(clump.centre));
     Vec3i low, high;
     for (int axis = 0; axis < 3; ++axis) {
       low[axis] = static_cast<int>(std::floor((clump.centre[axis] - reach[i]) / bin_m));

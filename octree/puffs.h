@@ -2,18 +2,18 @@
 // For demonstrations and tests; not a dispersion model to decide by (METHODS.md has the formulas).
 #pragma once
 
-#include "octree/voxels.h"
-
 #include <cstdint>
 #include <vector>
+
+#include "octree/voxels.h"
 
 namespace obscura {
 
 struct PuffSource {
   Vec3d position_m{0, 0, 0};
-  double mass_g = 0;    ///< whole yield, released at a constant rate over burn_s
-  double burn_s = 0;    ///< 0: all at once
-  double K = 600;       ///< at the source; what the smoke is diluted with has 288 K
+  double mass_g = 0;  ///< whole yield, released at a constant rate over burn_s
+  double burn_s = 0;  ///< 0: all at once
+  double K = 600;     ///< at the source; what the smoke is diluted with has 288 K
 };
 
 struct PuffSettings {

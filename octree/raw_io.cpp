@@ -1,19 +1,19 @@
 // Raw voxels: a .json that describes one plain array per grid, and those arrays.
-#include "octree/base/error.h"
-#include "octree/file_readers.h"
-#include "octree/slabs.h"
-
 #include <ImathConfig.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <half.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <bit>
 #include <cstring>
 #include <fstream>
 #include <memory>
+#include <nlohmann/json.hpp>
+
+#include "octree/base/error.h"
+#include "octree/file_readers.h"
+#include "octree/slabs.h"
 
 namespace obscura::detail {
 namespace {
@@ -38,12 +38,10 @@ struct RawType {
 };
 
 constexpr RawType kTypes[] = {
-    {"float32", 4, convert<float>},         {"float64", 8, convert<double>},
-    {"float16", 2, convert<Imath::half>},   {"uint8", 1, convert<std::uint8_t>},
-    {"int8", 1, convert<std::int8_t>},      {"uint16", 2, convert<std::uint16_t>},
-    {"int16", 2, convert<std::int16_t>},    {"uint32", 4, convert<std::uint32_t>},
-    {"int32", 4, convert<std::int32_t>},    {"uint64", 8, convert<std::uint64_t>},
-    {"int64", 8, convert<std::int64_t>},
+    {"float32", 4, convert<float>},        {"float64", 8, convert<double>},       {"float16", 2, convert<Imath::half>},
+    {"uint8", 1, convert<std::uint8_t>},   {"int8", 1, convert<std::int8_t>},     {"uint16", 2, convert<std::uint16_t>},
+    {"int16", 2, convert<std::int16_t>},   {"uint32", 4, convert<std::uint32_t>}, {"int32", 4, convert<std::int32_t>},
+    {"uint64", 8, convert<std::uint64_t>}, {"int64", 8, convert<std::int64_t>},
 };
 
 struct RawGrid {
@@ -198,8 +196,10 @@ void read_box(const RawGrid& grid, const Box3i& box, std::span<float> values) {
   std::vector<float> converted(count);
   for (int s = 0; s < size[slow]; ++s)
     for (int y = 0; y < (whole ? 1 : size.y); ++y) {
-      const std::uint64_t first = (std::uint64_t(box.min[slow] + s) * std::uint64_t(n.y) + std::uint64_t(box.min.y + y)) *
-                                      std::uint64_t(n[fast]) + std::uint64_t(box.min[fast]);
+      const std::uint64_t first =
+          (std::uint64_t(box.min[slow] + s) * std::uint64_t(n.y) + std::uint64_t(box.min.y + y)) *
+              std::uint64_t(n[fast]) +
+          std::uint64_t(box.min[fast]);
       file.seekg(static_cast<std::streamoff>(first * grid.type->bytes));
       file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
       if (!file)
@@ -256,7 +256,8 @@ std::vector<VoxelStream> open_raw(const std::filesystem::path& path, const std::
 
   std::vector<std::pair<std::vector<RawGrid>, std::vector<GridRequest>>> groups;
   for (const GridRequest& request : requests) {
-    const RawGrid& grid = *std::find_if(all.begin(), all.end(), [&](const RawGrid& g) { return g.name == request.name; });
+    const RawGrid& grid =
+        *std::find_if(all.begin(), all.end(), [&](const RawGrid& g) { return g.name == request.name; });
     auto home = std::find_if(groups.begin(), groups.end(), [&](const auto& group) {
       const RawGrid& other = group.first.front();
       return other.resolution == grid.resolution &&

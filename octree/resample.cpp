@@ -1,6 +1,4 @@
 // Joins two streams on different lattices: the second is sampled at the voxel centres of the first.
-#include "octree/import.h"
-
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -9,6 +7,8 @@
 #include <memory>
 #include <mutex>
 #include <unordered_map>
+
+#include "octree/import.h"
 
 namespace obscura {
 namespace {
@@ -77,8 +77,7 @@ class HeldStream {
 
  private:
   Block find(const Vec3i& corner) const {
-    if (const auto brick = bricks_.find(corner); brick != bricks_.end())
-      return {corner, brick->second.data(), nullptr};
+    if (const auto brick = bricks_.find(corner); brick != bricks_.end()) return {corner, brick->second.data(), nullptr};
     for (const auto& [level, tiles] : tiles_)
       if (const auto tile = tiles.find(ancestor(corner, level)); tile != tiles.end())
         return {corner, nullptr, tile->second.data()};
@@ -159,39 +158,41 @@ VoxelStream resample(VoxelStream onto, VoxelStream field) {
     };
 
     // A tile stays one where the field is uniform all around it.
-    const std::function<void(const Vec3i&, int, std::span<const float>)> tile =
-        [&](const Vec3i& corner, int level, std::span<const float> values) {
-          const Box3d box = transform_box(to_field, Box3d(Vec3d(corner), Vec3d(corner + Vec3i(1 << level))));
-          Box3i reach;
-          for (int axis = 0; axis < 3; ++axis) {
-            reach.min[axis] = static_cast<int>(std::floor(box.min[axis])) - 1;
-            reach.max[axis] = static_cast<int>(std::ceil(box.max[axis])) + 1;
-          }
-          const Box3i& filled = source.bounds;
-          bool apart = filled.isEmpty();
-          for (int axis = 0; axis < 3; ++axis)
-            apart = apart || reach.max[axis] <= filled.min[axis] || reach.min[axis] >= filled.max[axis];
-          std::span<const float> uniform;
-          if (apart) uniform = held.background();
-          else if (const auto* around = held.tile_around(reach)) uniform = *around;
-          if (!uniform.empty()) {
-            std::vector<float> all(values.begin(), values.end());
-            all.insert(all.end(), uniform.begin(), uniform.end());
-            sink.tile(corner, level, all);
-          } else if (level == 3) {
-            std::vector<float> flat(512 * first);
-            std::vector<const float*> pointers;
-            for (std::size_t c = 0; c < first; ++c) {
-              std::fill_n(flat.begin() + static_cast<std::ptrdiff_t>(512 * c), 512, values[c]);
-              pointers.push_back(flat.data() + 512 * c);
-            }
-            brick(corner, pointers.data());
-          } else {
-            tbb::parallel_for(0, 8, [&](int child) {
-              tile(corner + Vec3i(child & 1, (child >> 1) & 1, child >> 2) * (1 << (level - 1)), level - 1, values);
-            });
-          }
-        };
+    const std::function<void(const Vec3i&, int, std::span<const float>)> tile = [&](const Vec3i& corner, int level,
+                                                                                    std::span<const float> values) {
+      const Box3d box = transform_box(to_field, Box3d(Vec3d(corner), Vec3d(corner + Vec3i(1 << level))));
+      Box3i reach;
+      for (int axis = 0; axis < 3; ++axis) {
+        reach.min[axis] = static_cast<int>(std::floor(box.min[axis])) - 1;
+        reach.max[axis] = static_cast<int>(std::ceil(box.max[axis])) + 1;
+      }
+      const Box3i& filled = source.bounds;
+      bool apart = filled.isEmpty();
+      for (int axis = 0; axis < 3; ++axis)
+        apart = apart || reach.max[axis] <= filled.min[axis] || reach.min[axis] >= filled.max[axis];
+      std::span<const float> uniform;
+      if (apart)
+        uniform = held.background();
+      else if (const auto* around = held.tile_around(reach))
+        uniform = *around;
+      if (!uniform.empty()) {
+        std::vector<float> all(values.begin(), values.end());
+        all.insert(all.end(), uniform.begin(), uniform.end());
+        sink.tile(corner, level, all);
+      } else if (level == 3) {
+        std::vector<float> flat(512 * first);
+        std::vector<const float*> pointers;
+        for (std::size_t c = 0; c < first; ++c) {
+          std::fill_n(flat.begin() + static_cast<std::ptrdiff_t>(512 * c), 512, values[c]);
+          pointers.push_back(flat.data() + 512 * c);
+        }
+        brick(corner, pointers.data());
+      } else {
+        tbb::parallel_for(0, 8, [&](int child) {
+          tile(corner + Vec3i(child & 1, (child >> 1) & 1, child >> 2) * (1 << (level - 1)), level - 1, values);
+        });
+      }
+    };
     VoxelSink joining(brick, tile);
     base.pour(joining);
   };

@@ -1,14 +1,14 @@
 // Shapes as voxels: a descent through cubes that finds the uniform ones, and exact cell means at the border.
 #include "octree/shapes.h"
 
-#include "octree/base/error.h"
-
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+
+#include "octree/base/error.h"
 
 namespace obscura {
 namespace {
@@ -154,8 +154,8 @@ double unit_sphere_in_box(const Vec3d& low, const Vec3d& high) noexcept {
   const auto area = [&](double z) noexcept {
     const double r = std::sqrt(std::max(0.0, 1 - z * z));
     if (r == 0) return 0.0;
-    return disc_in_corner(high.x, high.y, r) - disc_in_corner(low.x, high.y, r) -
-           disc_in_corner(high.x, low.y, r) + disc_in_corner(low.x, low.y, r);
+    return disc_in_corner(high.x, high.y, r) - disc_in_corner(low.x, high.y, r) - disc_in_corner(high.x, low.y, r) +
+           disc_in_corner(low.x, low.y, r);
   };
   double volume = 0;
   for (int i = 0; i + 1 < count; ++i)

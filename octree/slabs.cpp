@@ -1,8 +1,6 @@
 // Cutting slabs of a dense file into bricks.
 #include "octree/slabs.h"
 
-#include "octree/base/error.h"
-
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
@@ -11,6 +9,8 @@
 #include <cmath>
 #include <memory>
 #include <mutex>
+
+#include "octree/base/error.h"
 
 namespace obscura::detail {
 namespace {
@@ -39,9 +39,8 @@ void for_each_slab(const SlabSource& source, std::span<const std::size_t> grids,
 
 void refuse_bad(const SlabSource& source, std::size_t grid, const Box3i& box, std::span<const float> values) {
   const bool non_negative = source.grids[grid].require_non_negative;
-  const auto bad = std::find_if(values.begin(), values.end(), [&](float v) {
-    return !std::isfinite(v) || (non_negative && v < 0);
-  });
+  const auto bad =
+      std::find_if(values.begin(), values.end(), [&](float v) { return !std::isfinite(v) || (non_negative && v < 0); });
   if (bad == values.end()) return;
   const auto place = static_cast<std::size_t>(bad - values.begin());
   const Vec3i size = box.max - box.min;
@@ -71,8 +70,9 @@ void pour_slabs(const SlabSource& source, VoxelSink& sink) {
         pointers.push_back(to);
         for (int z = 0; z < std::min(8, size.z - low.z); ++z)
           for (int y = 0; y < std::min(8, size.y - low.y); ++y) {
-            const std::size_t row = (std::size_t(low.z + z) * std::size_t(size.y) + std::size_t(low.y + y)) *
-                                        std::size_t(size.x) + std::size_t(low.x);
+            const std::size_t row =
+                (std::size_t(low.z + z) * std::size_t(size.y) + std::size_t(low.y + y)) * std::size_t(size.x) +
+                std::size_t(low.x);
             for (int x = 0; x < std::min(8, size.x - low.x); ++x) {
               to[x + 8 * y + 64 * z] = values[g][row + std::size_t(x)];
               empty = empty && to[x + 8 * y + 64 * z] == 0;
@@ -131,8 +131,8 @@ void check_resolution(const std::string& where, const Vec3i& resolution) {
   std::uint64_t cells = 1;
   for (int axis = 0; axis < 3; ++axis) {
     if (resolution[axis] < 1 || resolution[axis] > 1 << 20)
-      throw InputError(where, fmt::format("a resolution of {} x {} x {} can't be", resolution.x, resolution.y,
-                                          resolution.z),
+      throw InputError(where,
+                       fmt::format("a resolution of {} x {} x {} can't be", resolution.x, resolution.y, resolution.z),
                        "each axis needs 1 to 1048576 voxels");
     cells *= static_cast<std::uint64_t>(resolution[axis]);
   }

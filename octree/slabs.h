@@ -2,21 +2,21 @@
 // Internal to the importers.
 #pragma once
 
-#include "octree/import.h"
-
 #include <functional>
 #include <span>
+
+#include "octree/import.h"
 
 namespace obscura::detail {
 
 /// Grids of one lattice with `resolution` voxels from index 0 on.
 struct SlabSource {
-  std::string name;                 ///< of the file
+  std::string name;  ///< of the file
   std::vector<GridRequest> grids;
-  std::vector<std::string> where;   ///< per grid, for messages
+  std::vector<std::string> where;  ///< per grid, for messages
   Affine index_to_local;
   Vec3i resolution{0, 0, 0};
-  int slab_axis = 2;                ///< the axis along which the file is read in order
+  int slab_axis = 2;  ///< the axis along which the file is read in order
   /// Values of one grid in a box of voxels, x fastest. Never called from two threads at once.
   std::function<void(std::size_t grid, const Box3i& box, std::span<float> values)> read;
 };

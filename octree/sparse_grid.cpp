@@ -1,8 +1,6 @@
 // Checking sparse grids and pouring several of one lattice into a sink as one stream.
 #include "octree/sparse_grid.h"
 
-#include "octree/base/error.h"
-
 #include <fmt/format.h>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -13,6 +11,8 @@
 #include <memory>
 #include <mutex>
 #include <tuple>
+
+#include "octree/base/error.h"
 
 namespace obscura::detail {
 namespace {
@@ -171,9 +171,9 @@ class Lookup {
  private:
   template <class T>
   static const T* find(const std::vector<std::pair<Vec3i, T>>& sorted, const Vec3i& corner) {
-    const auto place = std::lower_bound(
-        sorted.begin(), sorted.end(), corner,
-        [](const auto& entry, const Vec3i& wanted) { return CornerOrder{}(entry.first, wanted); });
+    const auto place =
+        std::lower_bound(sorted.begin(), sorted.end(), corner,
+                         [](const auto& entry, const Vec3i& wanted) { return CornerOrder{}(entry.first, wanted); });
     return place != sorted.end() && place->first == corner ? &place->second : nullptr;
   }
 
@@ -218,8 +218,7 @@ SparseRange check(const SparseGrid& grid) {
   if (!std::isfinite(grid.background))
     throw InputError(grid.where, "the background value is not finite", "write it with a finite background");
   if (grid.background != 0 && !grid.request.fills_space)
-    throw InputError(grid.where,
-                     fmt::format("a background of {} would fill all of space", grid.background),
+    throw InputError(grid.where, fmt::format("a background of {} would fill all of space", grid.background),
                      "write the grid with background 0 (a level set: convert it to a fog volume)");
   if (grid.background < 0 && grid.request.require_non_negative)
     throw InputError(grid.where, fmt::format("the background is {}", grid.background),

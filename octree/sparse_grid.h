@@ -2,10 +2,10 @@
 // streams that several of them make together. Internal to the importers.
 #pragma once
 
-#include "octree/import.h"
-
 #include <functional>
 #include <span>
+
+#include "octree/import.h"
 
 namespace obscura::detail {
 
@@ -21,7 +21,7 @@ struct SparseGrid {
   std::string where;  ///< file and grid, for messages
   Affine index_to_local;
   float background = 0;
-  std::vector<Vec3i> bricks;      ///< corners, aligned to 8
+  std::vector<Vec3i> bricks;  ///< corners, aligned to 8
   std::vector<SparseTile> tiles;
   Box3i extent;  ///< of the file's lattice where it has one; empty: the values' own bounds
   /// The 512 values of a brick, x fastest. Called from several threads.

@@ -1,9 +1,5 @@
 // Reads and inspects OpenVDB files. Voxel centres of OpenVDB lie at integer index coordinates, ours
 // at half-integer ones; every value counts as it is stored, that of active tiles and of the background too.
-#include "octree/base/error.h"
-#include "octree/file_readers.h"
-#include "octree/sparse_grid.h"
-
 #include <fmt/format.h>
 #include <openvdb/io/Archive.h>
 #include <openvdb/io/GridDescriptor.h>
@@ -14,6 +10,10 @@
 #include <memory>
 #include <mutex>
 
+#include "octree/base/error.h"
+#include "octree/file_readers.h"
+#include "octree/sparse_grid.h"
+
 namespace obscura::detail {
 namespace {
 
@@ -21,8 +21,8 @@ constexpr std::uint32_t kOldestVersion = 220;
 constexpr std::uint32_t kNewestVersion = 225;
 constexpr std::uintmax_t kSmallFile = std::uintmax_t{256} << 20;
 
-using ScalarGrids = openvdb::TypeList<openvdb::FloatGrid, openvdb::DoubleGrid, openvdb::Int32Grid,
-                                      openvdb::Int64Grid, openvdb::BoolGrid, openvdb::MaskGrid>;
+using ScalarGrids = openvdb::TypeList<openvdb::FloatGrid, openvdb::DoubleGrid, openvdb::Int32Grid, openvdb::Int64Grid,
+                                      openvdb::BoolGrid, openvdb::MaskGrid>;
 using VectorGrids = openvdb::TypeList<openvdb::Vec3SGrid, openvdb::Vec3DGrid, openvdb::Vec3IGrid>;
 
 /// The header as it stands on disk: OpenVDB itself reads wrong files until it stumbles.
@@ -85,8 +85,7 @@ class VdbFile {
   std::vector<std::string> names() {
     std::vector<std::string> result;
     guard([&] {
-      for (auto name = file_.beginName(); name != file_.endName(); ++name)
-        result.push_back(name.gridName());
+      for (auto name = file_.beginName(); name != file_.endName(); ++name) result.push_back(name.gridName());
     });
     return result;
   }
@@ -153,8 +152,7 @@ void copy_leaf(const Leaf& leaf, std::span<float, 512> values) {
 /// Values above the leaves: visit(corner, level, value, active).
 template <class Tree, class F>
 void for_each_tile(const Tree& tree, F&& visit) {
-  static_assert(Tree::DEPTH == 4 && Tree::LeafNodeType::LOG2DIM == 3 &&
-                Tree::RootNodeType::ChildNodeType::TOTAL == 12);
+  static_assert(Tree::DEPTH == 4 && Tree::LeafNodeType::LOG2DIM == 3 && Tree::RootNodeType::ChildNodeType::TOTAL == 12);
   constexpr int levels[3] = {12, 7, 3};
   auto value = tree.cbeginValueAll();
   value.setMaxDepth(decltype(value)::LEAF_DEPTH - 1);

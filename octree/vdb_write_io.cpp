@@ -1,13 +1,13 @@
 // Writes streams of voxels as OpenVDB files, and measures them as OpenVDB and NanoVDB grids.
-#include "octree/base/error.h"
-#include "octree/export.h"
-
 #include <fmt/format.h>
 #include <nanovdb/util/OpenToNanoVDB.h>
 #include <openvdb/openvdb.h>
 
 #include <chrono>
 #include <mutex>
+
+#include "octree/base/error.h"
+#include "octree/export.h"
 
 namespace obscura {
 namespace {

@@ -18,8 +18,7 @@ namespace obscura {
 class VoxelSink {
  public:
   using BrickFunction = std::function<void(const Vec3i& corner, const float* const* values)>;
-  using TileFunction =
-      std::function<void(const Vec3i& corner, int level, std::span<const float> values)>;
+  using TileFunction = std::function<void(const Vec3i& corner, int level, std::span<const float> values)>;
 
   VoxelSink(BrickFunction on_brick, TileFunction on_tile)
       : on_brick_(std::move(on_brick)), on_tile_(std::move(on_tile)) {}
@@ -32,9 +31,7 @@ class VoxelSink {
   /// A cube of 2^level voxels a side, level >= 3, that holds the same value everywhere.
   /// @param corner in voxels, a multiple of 2^level on each axis.
   /// @param values one per channel.
-  void tile(const Vec3i& corner, int level, std::span<const float> values) const {
-    on_tile_(corner, level, values);
-  }
+  void tile(const Vec3i& corner, int level, std::span<const float> values) const { on_tile_(corner, level, values); }
 
  private:
   BrickFunction on_brick_;
@@ -43,11 +40,11 @@ class VoxelSink {
 
 /// A source of voxels on one lattice.
 struct VoxelStream {
-  std::vector<std::string> channels;   ///< names, at least one
-  Affine index_to_local;               ///< voxel (i,j,k) spans [i,i+1)x[j,j+1)x[k,k+1) of index space; to metres
-  Box3i bounds;                        ///< voxels [min, max) that may hold a value; poured values outside must be 0
+  std::vector<std::string> channels;     ///< names, at least one
+  Affine index_to_local;                 ///< voxel (i,j,k) spans [i,i+1)x[j,j+1)x[k,k+1) of index space; to metres
+  Box3i bounds;                          ///< voxels [min, max) that may hold a value; poured values outside must be 0
   std::function<void(VoxelSink&)> pour;  ///< pours everything once per call, on any number of threads
-  std::string name;                    ///< for messages
+  std::string name;                      ///< for messages
   /// Per channel, the value where nothing is poured, for resampling onto another lattice; empty: 0.
   std::vector<float> background;
 };

@@ -115,8 +115,8 @@ void Walk::enter_cell(int leaf_level) noexcept {
   block_level_ = std::max(3, leaf_level);
   corner_ = cell_corner(block_level_);
   for (int axis = 0; axis < 3; ++axis) {
-    block_t_[axis] = exit_time(axis, static_cast<double>(corner_[axis]) +
-                                         (sign_[axis] > 0 ? static_cast<double>(1 << block_level_) : 0.0));
+    block_t_[axis] = exit_time(
+        axis, static_cast<double>(corner_[axis]) + (sign_[axis] > 0 ? static_cast<double>(1 << block_level_) : 0.0));
   }
   block_end_ = std::min(std::min(block_t_[0], block_t_[1]), block_t_[2]);
 
@@ -164,8 +164,6 @@ Cell Walk::cell() const noexcept {
           cell_level_};
 }
 
-float Walk::coarse_value(int channel) const noexcept {
-  return detail::cell_bounds(*tree_, channel, cell()).mean;
-}
+float Walk::coarse_value(int channel) const noexcept { return detail::cell_bounds(*tree_, channel, cell()).mean; }
 
 }  // namespace obscura

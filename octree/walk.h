@@ -54,8 +54,9 @@ class Walk {
   }
 
   /// The same, but cells may be taken whole: `stops.level(begin)` is the coarsest level that may be asked for where the
-  /// ray is, and `stops.take(bounds, begin, end)` says whether the walk stops at a cell; bounds(channel) are its Bounds.
-  /// Coarser cells are asked first, each once: where the ray enters it, or begins in it, and not in an empty leaf.
+  /// ray is, and `stops.take(bounds, begin, end)` says whether the walk stops at a cell; bounds(channel) are its
+  /// Bounds. Coarser cells are asked first, each once: where the ray enters it, or begins in it, and not in an empty
+  /// leaf.
   template <class Stops>
   bool next(Stops&& stops) noexcept {
     for (;;) {
@@ -118,9 +119,7 @@ class Walk {
     return reinterpret_cast<const detail::ChannelHeader*>(record_)[channel];
   }
   double time(int axis, double plane) const noexcept { return (plane - origin_[axis]) * inverse_[axis]; }
-  double exit_time(int axis, double plane) const noexcept {
-    return sign_[axis] == 0 ? kInfinity : time(axis, plane);
-  }
+  double exit_time(int axis, double plane) const noexcept { return sign_[axis] == 0 ? kInfinity : time(axis, plane); }
 
   void start(const Ray& ray) noexcept;
   void enter_block() noexcept;
@@ -155,7 +154,7 @@ class Walk {
   int stop_level_;
   Kind kind_ = Kind::empty;
 
-  double begin_ = 0, end_ = 0;  // the present segment
+  double begin_ = 0, end_ = 0;    // the present segment
   double enter_ = 0, leave_ = 0;  // where the ray begins or enters, ends or leaves the domain
 
   double origin_[3], inverse_[3], direction_[3];

@@ -24,8 +24,7 @@ Band::Band(std::string name, double um_min, double um_max, int samples, Spectrum
   if (response_.min(um_min, um_max) < 0) throw InputError(where, "the response is negative");
   const double whole = integral(response_, um_min, um_max);
   if (!(whole > 0)) {
-    throw InputError(where, "the response is zero in the whole band",
-                     "give response wavelengths inside the band");
+    throw InputError(where, "the response is zero in the whole band", "give response wavelengths inside the band");
   }
 
   double edge = um_min;

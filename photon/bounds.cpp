@@ -90,13 +90,15 @@ EffectBounds effect_bounds(const IntervalLimits& limits, double reach_m, bool di
   const double given = std::max({limits.sky, limits.surface_max, limits.sphere_max});
   const double direct = std::max(given, limits.air);
   const double emitted = times(limits.source_max, one_minus_exp(limits.absorption_depth));
-  const double from_clouds = limits.source_max < kInfinity ? std::min(limits.source_max, series(emitted, norm)) : kInfinity;
+  const double from_clouds =
+      limits.source_max < kInfinity ? std::min(limits.source_max, series(emitted, norm)) : kInfinity;
   const double diffuse = std::max(direct, limits.source_max);
 
   // The sun's light after its first scattering or reflection, and all that follows from it.
   const double scattered = times(times(q, limits.phase_max), limits.sun);
-  const double first = std::max(limits.brdf_max * limits.sun, scattered + std::exp(-limits.depth) * limits.brdf_max * limits.sun) +
-                       times(limits.mirror_max, limits.disc);
+  const double first =
+      std::max(limits.brdf_max * limits.sun, scattered + std::exp(-limits.depth) * limits.brdf_max * limits.sun) +
+      times(limits.mirror_max, limits.disc);
   const double sunlight = series(first, norm);
   const double beams = limits.beams ? kInfinity : 0.0;
 
@@ -106,7 +108,8 @@ EffectBounds effect_bounds(const IntervalLimits& limits, double reach_m, bool di
   bounds.sun = sunlight + (disc_in_view ? limits.disc : 0.0);
   bounds.single_scattering = series(times(q, diffuse + sunlight + beams) + scattered, limits.reflectance_max);
   bounds.multiple_scattering = times(norm * norm, direct) + times(norm, from_clouds + sunlight + beams);
-  bounds.specular = series(times(limits.mirror_max, diffuse + sunlight + limits.disc + limits.brdf_max * limits.sun + beams), norm);
+  bounds.specular =
+      series(times(limits.mirror_max, diffuse + sunlight + limits.disc + limits.brdf_max * limits.sun + beams), norm);
   if (limits.air_extinction > 0) {
     const double share = one_minus_exp(limits.air_extinction * reach_m);
     bounds.air_share = share;

@@ -81,15 +81,17 @@ class BoxTree {
           low[axis][i] = static_cast<float>(std::min(n, 0.0));
           size += std::abs(n) * static_cast<double>(std::max(std::abs(all.low[axis]), std::abs(all.high[axis])));
         }
-        offset[i] = static_cast<float>(region[i].offset + 8 * static_cast<double>(std::numeric_limits<float>::epsilon()) * size);
+        offset[i] = static_cast<float>(region[i].offset +
+                                       8 * static_cast<double>(std::numeric_limits<float>::epsilon()) * size);
       }
     }
     /// False where the box is outside one of the half-spaces.
     bool reach(const Node& node) const noexcept {
       std::uint32_t signs = 0;  // of the farthest corner's heights; as integers, so that they join side by side
       for (std::size_t i = 0; i < kMaxPlanes; ++i) {
-        const float inner = offset[i] + high[0][i] * node.high[0] + low[0][i] * node.low[0] + high[1][i] * node.high[1] + low[1][i] * node.low[1] +
-                            high[2][i] * node.high[2] + low[2][i] * node.low[2];
+        const float inner = offset[i] + high[0][i] * node.high[0] + low[0][i] * node.low[0] +
+                            high[1][i] * node.high[1] + low[1][i] * node.low[1] + high[2][i] * node.high[2] +
+                            low[2][i] * node.low[2];
         signs |= std::bit_cast<std::uint32_t>(inner);
       }
       return signs >> 31 == 0;

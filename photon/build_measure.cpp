@@ -59,7 +59,7 @@ ErrorMeasure build_measure(const Cloud& cloud, std::span<const Band> bands, cons
   if (!(warmest > 2)) return measure;
   struct Part {
     PlanckTable planck;
-    double relative;                  // one over the largest radiance
+    double relative;                 // one over the largest radiance
     std::vector<double> absorption;  // per channel, 1/m per unit
   };
   auto parts = std::make_shared<std::vector<Part>>();

@@ -27,7 +27,7 @@ struct Medium {
 
 /// Where a cloud's temperature comes from; the default does not emit.
 struct Temperature {
-  int channel = -1;       ///< temperature channel, K = scale * value + offset_K; -1: none
+  int channel = -1;  ///< temperature channel, K = scale * value + offset_K; -1: none
   double scale = 1;
   double offset_K = 0;
   double constant_K = 0;  ///< used where there is no channel; 0: does not emit
@@ -39,12 +39,12 @@ struct Cloud {
 
   std::string name;
   std::shared_ptr<const Octree> octree;
-  Affine local_to_world;         ///< rotation, translation and uniform scale
-  std::vector<Medium> media;     ///< several overlap: coefficients add
+  Affine local_to_world;      ///< rotation, translation and uniform scale
+  std::vector<Medium> media;  ///< several overlap: coefficients add
   Temperature temperature;
   /// Per interval, in place of Planck, W/m2/sr; nothing, or an empty list: Planck.
   std::vector<std::optional<double>> source;
-  std::vector<double> emission;  ///< per interval, W/m3/sr per unit of the first medium's density
+  std::vector<double> emission;          ///< per interval, W/m3/sr per unit of the first medium's density
   std::array<double, 2> period_m{0, 0};  ///< along the local x and y axes; 0: not periodic
 };
 

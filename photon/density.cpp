@@ -72,9 +72,8 @@ Points make_points(Kernel kernel) noexcept {
 }  // namespace
 
 std::span<const BallPoint, kRoundPoints> ball_points(Kernel kernel) noexcept {
-  static const std::array<Points, 4> tables = {
-      make_points(Kernel::constant), make_points(Kernel::epanechnikov), make_points(Kernel::cone),
-      make_points(Kernel::gaussian)};
+  static const std::array<Points, 4> tables = {make_points(Kernel::constant), make_points(Kernel::epanechnikov),
+                                               make_points(Kernel::cone), make_points(Kernel::gaussian)};
   return tables[static_cast<std::size_t>(kernel)];
 }
 
@@ -164,8 +163,7 @@ PhotonWeight photon_weight(std::span<const BallMoments> rounds, bool correct) no
     squares += denominator * denominator;
   }
   const double mean = std::max(sum / count, kLeast * all.zeroth / count);
-  weight.variance = std::max(squares / count - (sum / count) * (sum / count), 0.0) /
-                    ((count - 1) * mean * mean);
+  weight.variance = std::max(squares / count - (sum / count) * (sum / count), 0.0) / ((count - 1) * mean * mean);
 
   // 1 / mean is too large by the variance of the mean, in second order.
   weight.level = std::max(1 - weight.variance, 0.1) * kRoundPoints / mean;

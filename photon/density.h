@@ -2,11 +2,11 @@
 // weighting of the light there, with batch values and the kernel's bias. Formulas: photon/METHODS.md.
 #pragma once
 
-#include "photon/kernel.h"
-#include "photon/photon_map.h"
-
 #include <array>
 #include <span>
+
+#include "photon/kernel.h"
+#include "photon/photon_map.h"
 
 namespace obscura {
 
@@ -24,10 +24,10 @@ struct GatherSettings {
 struct Estimate {
   double value = 0;                      ///< mean over batches
   std::array<double, kBatches> batch{};  ///< independent replicas of the value
-  double bias = 0;      ///< signed: value - truth to the order radius^2, from two radii; noisy
-  double radius = 0;    ///< m, of the ball
-  int photons = 0;      ///< that were counted
-  bool anomaly = false; ///< photons in the ball, but no extinction was met: value is 0
+  double bias = 0;                       ///< signed: value - truth to the order radius^2, from two radii; noisy
+  double radius = 0;                     ///< m, of the ball
+  int photons = 0;                       ///< that were counted
+  bool anomaly = false;                  ///< photons in the ball, but no extinction was met: value is 0
 };
 
 /// What a ball can see of itself where nothing stands in it.
@@ -144,8 +144,7 @@ Estimate estimate_in_ball(const PhotonMap& map, const Vec3d& x, const Extinction
     const double most = rounds < enough ? 0.01 : 0.2;
     if (rounds == detail::kMostRounds || (counts.level > 0 && counts.variance <= most * most)) break;
   }
-  const auto inner_counts =
-      detail::photon_weight({inner.data(), std::size_t(rounds)}, settings.edge_correction);
+  const auto inner_counts = detail::photon_weight({inner.data(), std::size_t(rounds)}, settings.edge_correction);
 
   resolved = counts.level > 0 && counts.variance <= detail::kMostDoubt * detail::kMostDoubt;
 
@@ -179,12 +178,11 @@ Estimate estimate_in_ball(const PhotonMap& map, const Vec3d& x, const Extinction
     const Vec3d d = Vec3d(map.offset(local, nearest.index(i))) / radius;
     const double light = photon.power * weight(decode_direction(photon.direction));
     const double u = distance2 / radius2;
-    result.batch[photon.batch % kBatches] += light *
-                                             detail::kernel_shape(settings.kernel, u) *
-                                             (counts.level - counts.slope.dot(d));
+    result.batch[photon.batch % kBatches] +=
+        light * detail::kernel_shape(settings.kernel, u) * (counts.level - counts.slope.dot(d));
     if (2 * u < 1) {
-      inner_sum += light * detail::kernel_shape(settings.kernel, 2 * u) *
-                   (inner_counts.level - inner_counts.slope.dot(d));
+      inner_sum +=
+          light * detail::kernel_shape(settings.kernel, 2 * u) * (inner_counts.level - inner_counts.slope.dot(d));
     }
   }
   if (!(counts.level > 0)) {
@@ -226,8 +224,7 @@ Estimate estimate(const PhotonMap& map, const Vec3d& x, const Extinction& extinc
                   const GatherSettings& settings, const Sight& sight = {}) noexcept {
   Vec3d neighbour = x;
   bool resolved;
-  Estimate result =
-      detail::estimate_in_ball(map, x, extinction, weight, sight, settings, false, neighbour, resolved);
+  Estimate result = detail::estimate_in_ball(map, x, extinction, weight, sight, settings, false, neighbour, resolved);
   if (resolved || result.photons == 0) return result;
   // A sheet or a thread may fill so little of the ball there that hardly a point of the cubature meets it: of a
   // ball of fewer photons it fills more.

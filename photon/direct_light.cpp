@@ -14,8 +14,13 @@ constexpr double kSureDepth = 2;
 }  // namespace
 
 DirectLight::DirectLight(const World& world, int interval, const RadianceParts& parts, WorkCounts& work, bool roulette)
-    : world_(world), interval_(interval), work_(work), air_(world.air_extinction(interval)),
-      attenuates_(world.attenuates(interval)), masked_(!world.surfaces().empty()), roulette_(roulette) {
+    : world_(world),
+      interval_(interval),
+      work_(work),
+      air_(world.air_extinction(interval)),
+      attenuates_(world.attenuates(interval)),
+      masked_(!world.surfaces().empty()),
+      roulette_(roulette) {
   suns_ = false;
   for (const Sun& sun : world.suns()) {
     suns_ = suns_ || (parts.sun && sun.irradiance[static_cast<std::size_t>(interval)] > 0);
@@ -72,8 +77,8 @@ void DirectLight::shoot(std::uint32_t owner, double radiance, const Ray& ray, St
   shadows_.push_back({owner, radiance, air_weight, target_depth, last_depth});
 }
 
-void DirectLight::shoot_drawn(std::uint32_t owner, double weight, double density, const Ray& ray,
-                              const SurfaceHit& hit, double target_depth, Stream& stream) {
+void DirectLight::shoot_drawn(std::uint32_t owner, double weight, double density, const Ray& ray, const SurfaceHit& hit,
+                              double target_depth, Stream& stream) {
   const double air_weight = air_ > 0 ? weight : 0.0;
   if (!hit.exists()) {
     shoot(owner, sky_ ? weight * world_.sky(interval_) : 0.0, ray, stream, air_weight, target_depth);
@@ -138,7 +143,8 @@ namespace {
 class PlainWalk {
  public:
   PlainWalk(const World& world, int interval, const Ray& ray) noexcept
-      : optics_(world.optics(0, interval)), walk_(*world.clouds()[0].octree, transform_ray(world.frame(0).world_to_index, ray)) {}
+      : optics_(world.optics(0, interval)),
+        walk_(*world.clouds()[0].octree, transform_ray(world.frame(0).world_to_index, ray)) {}
   bool next() noexcept {
     while (walk_.next()) {
       if (!walk_.empty()) return true;
@@ -158,7 +164,8 @@ class PlainWalk {
 
 /// @param walk WorldWalk or what is like it
 template <bool kAir, bool kCoarse, class Segments>
-[[gnu::flatten]] double sum_along(Segments&& walk, double extinction, double black, CoarseCells* coarse, double& total) noexcept {
+[[gnu::flatten]] double sum_along(Segments&& walk, double extinction, double black, CoarseCells* coarse,
+                                  double& total) noexcept {
   double radiance = 0;
   double transmission = 1;
   while (walk.next() && transmission > 0) {

@@ -19,7 +19,8 @@ inline double drawn_share(double value, double density) noexcept { return densit
 class CloudScatterer {
  public:
   CloudScatterer(const World& world, int interval, const Ray& ray, double t) noexcept
-      : position_(ray.at(t)), along_(ray.direction),
+      : position_(ray.at(t)),
+        along_(ray.direction),
         scattering_(LocalScattering::at_collision(world, interval, position_)) {}
 
   const Vec3d& position() const noexcept { return position_; }
@@ -86,10 +87,10 @@ struct RoughMirror {
 
 /// Where the light of one shadow ray goes if no cloud is in the way.
 struct Shadow {
-  std::uint32_t owner;    ///< whose sum it adds to
-  double radiance;        ///< what it adds there, W/m2/sr
-  double air_weight = 0;  ///< what the air's own light along the ray counts there
-  double target_depth = 0;  ///< of the clouds, exponentially distributed: where the air's light begins
+  std::uint32_t owner;            ///< whose sum it adds to
+  double radiance;                ///< what it adds there, W/m2/sr
+  double air_weight = 0;          ///< what the air's own light along the ray counts there
+  double target_depth = 0;        ///< of the clouds, exponentially distributed: where the air's light begins
   double last_depth = kInfinity;  ///< of the clouds, at which roulette ends the ray
 };
 
@@ -164,20 +165,23 @@ class DirectLight {
   DirectLight(const World& world, int interval, const RadianceParts& parts, WorkCounts& work, bool roulette = false);
 
   bool empty(Beyond beyond = Beyond::map) const noexcept {
-    return !suns_ && !faces_ && (beyond == Beyond::map ? !ambient_ && spheres_ == 0 : all_spheres_.empty() && beams_ == 0);
+    return !suns_ && !faces_ &&
+           (beyond == Beyond::map ? !ambient_ && spheres_ == 0 : all_spheres_.empty() && beams_ == 0);
   }
 
   /// Asks all sources once for the light at a point.
   /// @param weight what the scattered radiance counts in the owner's sum
   template <class Scatterer, class Discs>
-  void add(std::uint32_t owner, double weight, const Scatterer& at, Stream& stream, Discs discs, Beyond beyond = Beyond::map) {
+  void add(std::uint32_t owner, double weight, const Scatterer& at, Stream& stream, Discs discs,
+           Beyond beyond = Beyond::map) {
     if (suns_) add_suns(owner, weight, at, stream, discs, beyond);
     if (beyond == Beyond::map && (ambient_ || faces_)) add_drawn(owner, weight, at, stream);
     if (faces_) add_faces(owner, weight, at, stream);
     if (beyond == Beyond::map) {
       for (std::size_t s = 0; s < spheres_; ++s) add_sphere(owner, weight, at, stream, s);
     } else {
-      all_spheres_.for_some(stream, [&](std::size_t s, double chance) { add_sphere(owner, weight, at, stream, s, chance); });
+      all_spheres_.for_some(stream,
+                            [&](std::size_t s, double chance) { add_sphere(owner, weight, at, stream, s, chance); });
       for (std::size_t b = 0; b < beams_; ++b) add_beam(owner, weight, at, stream, world_.beams()[b]);
     }
   }
@@ -253,7 +257,8 @@ class DirectLight {
 
   /// @param chance with which this sphere was chosen; 0: always, and no path looks for it
   template <class Scatterer>
-  void add_sphere(std::uint32_t owner, double weight, const Scatterer& at, Stream& stream, std::size_t s, double chance = 0) {
+  void add_sphere(std::uint32_t owner, double weight, const Scatterer& at, Stream& stream, std::size_t s,
+                  double chance = 0) {
     const HotSphere& sphere = world_.spheres()[s];
     const Vec3d to_center = sphere.center - at.position();
     const double distance = to_center.length();
@@ -278,8 +283,8 @@ class DirectLight {
     const Vec3d offset = at.position() - beam.position;
     const double along = offset.dot(beam.direction);
     if (along < 0 || (offset - along * beam.direction).length() > beam.radius) return;
-    const double radiance = at.value(-beam.direction) * beam.power[static_cast<std::size_t>(interval_)] /
-                            (kPi * beam.radius * beam.radius);
+    const double radiance =
+        at.value(-beam.direction) * beam.power[static_cast<std::size_t>(interval_)] / (kPi * beam.radius * beam.radius);
     const Ray ray{at.position(), -beam.direction, start(at), along};
     ++work_[Work::beams];
     if (radiance > 0 && !blocked(ray, at.from(), stream)) shoot(owner, weight * radiance * air(along), ray, stream);

@@ -1,9 +1,9 @@
 #include "photon/emission.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cassert>
-
-#include <tbb/parallel_for.h>
 
 #include "photon/sampling.h"
 
@@ -23,9 +23,7 @@ double escape_chance(double absorption, double side) noexcept {
 
 PhotonEmitter::PhotonEmitter(const World& world, int interval, const SourceSelection& selection, const Box3d& around)
     : world_(&world), interval_(interval) {
-  const auto at = [interval](const std::vector<double>& values) {
-    return values[static_cast<std::size_t>(interval)];
-  };
+  const auto at = [interval](const std::vector<double>& values) { return values[static_cast<std::size_t>(interval)]; };
   const auto add = [this](Kind kind, int index, double power, double chance) {
     if (!(power > 0)) return;
     power_ += power;
@@ -91,9 +89,7 @@ PhotonEmitter::PhotonEmitter(const World& world, int interval, const SourceSelec
 }
 
 void PhotonEmitter::make_groups() {
-  const auto same_group = [](const Source& a, const Source& b) {
-    return a.kind == b.kind && a.kind != Kind::cloud;
-  };
+  const auto same_group = [](const Source& a, const Source& b) { return a.kind == b.kind && a.kind != Kind::cloud; };
   for (std::size_t s = 0; s < sources_.size(); ++s) {
     if (s == 0 || !same_group(sources_[s - 1], sources_[s])) groups_.emplace_back();
     groups_.back().push_back(s);
@@ -135,8 +131,7 @@ PhotonEmitter::Blocks PhotonEmitter::sum_blocks(int cloud) const {
   const Octree& octree = *world_->clouds()[static_cast<std::size_t>(cloud)].octree;
   const CloudOptics& optics = world_->optics(cloud, interval_);
   const Affine& placed = world_->clouds()[static_cast<std::size_t>(cloud)].local_to_world;
-  const double voxel_volume = std::abs(linear_determinant(octree.index_to_local()) *
-                                       linear_determinant(placed));
+  const double voxel_volume = std::abs(linear_determinant(octree.index_to_local()) * linear_determinant(placed));
   const double voxel_side = std::cbrt(voxel_volume);
   const std::uint32_t count = octree.block_count();
   std::vector<double> power(count);
@@ -154,16 +149,15 @@ PhotonEmitter::Blocks PhotonEmitter::sum_blocks(int cloud) const {
     double absorption = 0;
     const std::size_t voxels = block.uniform ? 1 : 512;
     for (std::size_t v = 0; v < voxels; ++v) {
-      const LocalOptics local = optics.at(
-          [&](int channel) noexcept { return values[static_cast<std::size_t>(channel)][v]; });
+      const LocalOptics local =
+          optics.at([&](int channel) noexcept { return values[static_cast<std::size_t>(channel)][v]; });
       emission += local.emission;
       absorption += local.emission * (local.extinction - local.scattering);
     }
     const double volume = voxel_volume * (block.uniform ? std::pow(8.0, block.cell.level) : 1.0);
     power[b] = 4 * kPi * volume * emission;
     const double side = voxel_side * (block.uniform ? std::exp2(block.cell.level) : 1.0);
-    blocks.chance[b] = static_cast<float>(
-        escape_chance(emission > 0 ? absorption / emission : 0.0, side));
+    blocks.chance[b] = static_cast<float>(escape_chance(emission > 0 ? absorption / emission : 0.0, side));
   });
 
   blocks.cumulative.resize(count);
@@ -259,13 +253,19 @@ std::pair<Vec3d, double> PhotonEmitter::place_beyond(const Vec3d& toward, double
 
 Work PhotonEmitter::work_of(Kind kind) noexcept {
   switch (kind) {
-    case Kind::cloud: break;
-    case Kind::sun: return Work::photons_sun;
-    case Kind::sky: return Work::photons_sky;
+    case Kind::cloud:
+      break;
+    case Kind::sun:
+      return Work::photons_sun;
+    case Kind::sky:
+      return Work::photons_sky;
     case Kind::faces:
-    case Kind::lines: return Work::photons_faces;
-    case Kind::sphere: return Work::photons_spheres;
-    case Kind::beam: return Work::photons_beams;
+    case Kind::lines:
+      return Work::photons_faces;
+    case Kind::sphere:
+      return Work::photons_spheres;
+    case Kind::beam:
+      return Work::photons_beams;
   }
   return Work::photons_emission;
 }
@@ -276,13 +276,27 @@ EmittedPhoton PhotonEmitter::emit(const std::array<double, 8>& u, Cache& cache) 
   const Source& source = sources_[choose(cumulative_, cumulative_.size(), rest)];
   EmittedPhoton photon;
   switch (source.kind) {
-    case Kind::cloud: photon = from_cloud(source.index, rest, u, cache); break;
-    case Kind::sun: photon = from_sun(source.index, u); break;
-    case Kind::sky: photon = from_sky(u); break;
-    case Kind::faces: photon = from_faces(rest, u); break;
-    case Kind::lines: photon = from_lines(u); break;
-    case Kind::sphere: photon = from_sphere(source.index, u); break;
-    case Kind::beam: photon = from_beam(source.index, u); break;
+    case Kind::cloud:
+      photon = from_cloud(source.index, rest, u, cache);
+      break;
+    case Kind::sun:
+      photon = from_sun(source.index, u);
+      break;
+    case Kind::sky:
+      photon = from_sky(u);
+      break;
+    case Kind::faces:
+      photon = from_faces(rest, u);
+      break;
+    case Kind::lines:
+      photon = from_lines(u);
+      break;
+    case Kind::sphere:
+      photon = from_sphere(source.index, u);
+      break;
+    case Kind::beam:
+      photon = from_beam(source.index, u);
+      break;
   }
   photon.work = work_of(source.kind);
   // Chosen with probability chance / sum of chances; the source's own photon carries all its power.
@@ -291,7 +305,7 @@ EmittedPhoton PhotonEmitter::emit(const std::array<double, 8>& u, Cache& cache) 
 }
 
 EmittedPhoton PhotonEmitter::from_cloud(int cloud, double u, const std::array<double, 8>& v,
-                                  Cache& cache) const noexcept {
+                                        Cache& cache) const noexcept {
   const Octree& octree = *world_->clouds()[static_cast<std::size_t>(cloud)].octree;
   const CloudOptics& optics = world_->optics(cloud, interval_);
   const Blocks& blocks = blocks_[static_cast<std::size_t>(cloud)];
@@ -448,7 +462,8 @@ EmittedPhoton PhotonEmitter::from_lines(const std::array<double, 8>& u) const no
   photon.direction = direction;
   photon.in_direct_set = true;
   if (count == 0) return photon;
-  const Candidate& chosen = candidates[std::min(count - 1, static_cast<std::size_t>(u[3] * static_cast<double>(count)))];
+  const Candidate& chosen =
+      candidates[std::min(count - 1, static_cast<std::size_t>(u[3] * static_cast<double>(count)))];
   photon.position = chosen.position;
   photon.from = chosen.id;
   photon.power = 4 * kPi * kPi * target.radius * target.radius * static_cast<double>(count) * chosen.radiance;
@@ -484,8 +499,7 @@ EmittedPhoton PhotonEmitter::from_sphere(int index, const std::array<double, 8>&
   EmittedPhoton photon;
   photon.position = sphere.center + sphere.radius * normal;
   photon.direction = cosine_direction(normal, u[4], u[5]);
-  photon.power = sphere.radiance[static_cast<std::size_t>(interval_)] * 4 * kPi * kPi *
-                 sphere.radius * sphere.radius;
+  photon.power = sphere.radiance[static_cast<std::size_t>(interval_)] * 4 * kPi * kPi * sphere.radius * sphere.radius;
   photon.in_direct_set = static_cast<std::size_t>(index) < world_->source_count();
   photon.from = {static_cast<std::uint32_t>(world_->objects().size()) + static_cast<std::uint32_t>(index), 0};
   return photon;

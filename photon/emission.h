@@ -19,7 +19,7 @@ struct SourceSelection {
   bool emission = true;  ///< the clouds' own
   bool sun = true;
   bool sky = true;
-  bool spheres = true;   ///< hot spheres
+  bool spheres = true;  ///< hot spheres
   bool particles = true;
   bool beams = true;
   bool surfaces = true;  ///< what objects emit
@@ -27,11 +27,11 @@ struct SourceSelection {
 
 struct EmittedPhoton {
   Vec3d position;
-  Vec3d direction;   ///< unit vector
-  double power = 0;  ///< W if it were the only photon: the total over the number emitted
-  bool in_direct_set = false;  ///< of a source that the sensor pass integrates directly
-  bool from_beyond = false;    ///< of sun, moon or sky, which are given as they arrive at the scene
-  FaceId from;                 ///< of an object or hot sphere that it leaves
+  Vec3d direction;                     ///< unit vector
+  double power = 0;                    ///< W if it were the only photon: the total over the number emitted
+  bool in_direct_set = false;          ///< of a source that the sensor pass integrates directly
+  bool from_beyond = false;            ///< of sun, moon or sky, which are given as they arrive at the scene
+  FaceId from;                         ///< of an object or hot sphere that it leaves
   Work work = Work::photons_emission;  ///< what it counts as
 };
 
@@ -45,7 +45,8 @@ class PhotonEmitter {
   bool emits() const noexcept { return !sources_.empty(); }
   /// Clouds are among the sources.
   bool has_clouds() const noexcept {
-    return std::any_of(sources_.begin(), sources_.end(), [](const Source& source) { return source.kind == Kind::cloud; });
+    return std::any_of(sources_.begin(), sources_.end(),
+                       [](const Source& source) { return source.kind == Kind::cloud; });
   }
   /// Power of all sources, W.
   double power() const noexcept { return power_; }
@@ -128,9 +129,9 @@ class PhotonEmitter {
   const World* world_;
   int interval_;
   double power_ = 0;
-  Vec3d middle_{0, 0, 0};      // of the bounds of everything that light from infinity has to pass
-  double radius_ = 0;          // of the sphere about them, m
-  std::vector<Face> faces_;    // periodic scenes
+  Vec3d middle_{0, 0, 0};    // of the bounds of everything that light from infinity has to pass
+  double radius_ = 0;        // of the sphere about them, m
+  std::vector<Face> faces_;  // periodic scenes
   std::vector<Target> targets_;
   std::vector<Source> sources_;
   std::vector<std::vector<std::size_t>> groups_;  // of sources

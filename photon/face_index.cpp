@@ -48,7 +48,9 @@ std::vector<std::uint32_t> join_sides(const Mesh& mesh) {
   std::vector<std::uint32_t> next(sides);
   tbb::parallel_for(std::size_t{0}, mesh.vertices.size(), [&](std::size_t v) {
     const auto low = sorted.begin() + begin[v], high = sorted.begin() + begin[v + 1];
-    std::sort(low, high, [&](std::uint32_t a, std::uint32_t b) { return std::pair(ends(a).second, a) < std::pair(ends(b).second, b); });
+    std::sort(low, high, [&](std::uint32_t a, std::uint32_t b) {
+      return std::pair(ends(a).second, a) < std::pair(ends(b).second, b);
+    });
     for (auto i = low; i != high;) {
       auto j = i;
       for (; j != high && ends(*j).second == ends(*i).second; ++j) next[*j] = j + 1 != high ? *(j + 1) : 0;
@@ -77,7 +79,8 @@ MeshIndex::MeshIndex(const Mesh& mesh) {
   next_side = join_sides(mesh);
 }
 
-FaceIndex::FaceIndex(std::span<const Object> objects, std::span<const Affine> to_scene, std::span<const Ball> balls, const Vec3d& origin)
+FaceIndex::FaceIndex(std::span<const Object> objects, std::span<const Affine> to_scene, std::span<const Ball> balls,
+                     const Vec3d& origin)
     : objects_(objects), to_scene_(to_scene), balls_(balls), origin_(origin), of_object_(objects.size(), nullptr) {
   std::vector<Box3d> boxes;
   const auto add = [&](const Entry& entry, const Box3d& box) {
@@ -97,7 +100,8 @@ FaceIndex::FaceIndex(std::span<const Object> objects, std::span<const Affine> to
     const double pad = 4 * std::numeric_limits<double>::epsilon() * (box.min.length() + box.max.length());
     add({i, nullptr}, {box.min - origin - Vec3d(pad), box.max - origin + Vec3d(pad)});
   }
-  for (const Ball& ball : balls) add({ball.surface, &ball}, {ball.center - Vec3d(ball.radius), ball.center + Vec3d(ball.radius)});
+  for (const Ball& ball : balls)
+    add({ball.surface, &ball}, {ball.center - Vec3d(ball.radius), ball.center + Vec3d(ball.radius)});
   tree_ = BoxTree(boxes);
 }
 

@@ -36,7 +36,8 @@ class FaceIndex {
  public:
   /// @param to_scene  per object, from its own metres to metres about the local origin
   /// @param balls     the spheres, in the order of their surfaces
-  FaceIndex(std::span<const Object> objects, std::span<const Affine> to_scene, std::span<const Ball> balls, const Vec3d& origin);
+  FaceIndex(std::span<const Object> objects, std::span<const Affine> to_scene, std::span<const Ball> balls,
+            const Vec3d& origin);
 
   std::span<const Object> objects() const noexcept { return objects_; }
   std::span<const Ball> balls() const noexcept { return balls_; }

@@ -1,10 +1,10 @@
 #include "photon/face_lights.h"
 
+#include <tbb/parallel_sort.h>
+
 #include <algorithm>
 #include <bit>
 #include <set>
-
-#include <tbb/parallel_sort.h>
 
 #include "photon/sampling.h"
 #include "photon/world.h"
@@ -17,7 +17,8 @@ double mean_black(const World& world, int interval, const FaceId& face) noexcept
   const Object& object = world.objects()[face.surface];
   if (!object.mesh || object.mesh->vertex_K.empty()) return world.black_radiance(interval, face, 0, 0);
   return (world.black_radiance(interval, face, 0, 0) + world.black_radiance(interval, face, 1, 0) +
-          world.black_radiance(interval, face, 0, 1)) / 3;
+          world.black_radiance(interval, face, 0, 1)) /
+         3;
 }
 
 /// Flux that leaves one side of a face, W/m2.
@@ -54,7 +55,8 @@ std::uint64_t hash_of(const Corners& corners) noexcept {
 auto body_of(const Object& object) {
   std::array<double, 12> map;
   for (int row = 0; row < 4; ++row) {
-    for (int axis = 0; axis < 3; ++axis) map[static_cast<std::size_t>(3 * row + axis)] = object.local_to_world[row][axis];
+    for (int axis = 0; axis < 3; ++axis)
+      map[static_cast<std::size_t>(3 * row + axis)] = object.local_to_world[row][axis];
   }
   return std::tuple(object.mesh.get(), object.mesh ? 0.0 : object.radius, map);
 }

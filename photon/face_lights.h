@@ -35,8 +35,8 @@ class FaceLights {
   struct Place {
     FaceId id;
     Vec3d position;
-    Vec3d normal;     ///< unit, of the side that emits there
-    double u, v;      ///< barycentric
+    Vec3d normal;  ///< unit, of the side that emits there
+    double u, v;   ///< barycentric
   };
   /// A point: the side of a face in proportion to its power, then uniform on it.
   /// @param u, v, w uniform numbers

@@ -22,8 +22,8 @@ inline std::pair<Vec3d, Vec3d> rectangle_sides(const Vec3d& normal) noexcept {
 /// How many times the segment o + t d, 0 < t <= t_end, crosses the rectangle along its normal, less how
 /// often against it. In a periodic World every copy of the rectangle counts; its normal must then be at
 /// right angles to the period vectors.
-inline int crossings(const World& world, const FluxRectangle& rectangle, const Vec3d& o,
-                     const Vec3d& d, double t_end) noexcept {
+inline int crossings(const World& world, const FluxRectangle& rectangle, const Vec3d& o, const Vec3d& d,
+                     double t_end) noexcept {
   const Vec3d normal = rectangle.side_u.cross(rectangle.side_v);
   const double along = d.dot(normal);
   if (along == 0) return 0;

@@ -22,11 +22,11 @@ struct Footprint {
 
 /// What walks with footprints have done.
 struct FootprintCounts {
-  std::uint64_t rays = 0;       ///< walked so, mirrored legs included
-  std::uint64_t segments = 0;   ///< that they went by, coarse cells included
-  std::uint64_t coarse = 0;     ///< coarse cells among these
-  double voxels = 0;            ///< estimate of the voxels that lie on the rays in coarse cells: from faces crossed
-  double error_bound = 0;       ///< largest of all rays: of transmission, and of radiance over the largest source
+  std::uint64_t rays = 0;      ///< walked so, mirrored legs included
+  std::uint64_t segments = 0;  ///< that they went by, coarse cells included
+  std::uint64_t coarse = 0;    ///< coarse cells among these
+  double voxels = 0;           ///< estimate of the voxels that lie on the rays in coarse cells: from faces crossed
+  double error_bound = 0;      ///< largest of all rays: of transmission, and of radiance over the largest source
 
   FootprintCounts& operator+=(const FootprintCounts& other) noexcept {
     rays += other.rays;
@@ -45,7 +45,9 @@ class CoarseCells {
   /// @param tolerance of the transmission, and of the radiance relative to the largest source
   /// @param largest_source W/m2/sr, as World::largest_source(); 0: nothing emits
   CoarseCells(const Footprint& footprint, double tolerance, double largest_source) noexcept
-      : footprint_(footprint), left_(tolerance), tolerance_(tolerance),
+      : footprint_(footprint),
+        left_(tolerance),
+        tolerance_(tolerance),
         per_source_(largest_source > 0 ? 1 / largest_source : 0.0) {}
 
   /// Coarsest level whose cells are no wider than the spot; 0 where none may be asked for.

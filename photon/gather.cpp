@@ -14,8 +14,15 @@ constexpr double kFaint = 0.1;
 
 Gather::Gather(const World& world, int interval, const PhotonMaps* maps, const RadianceSettings& settings,
                DirectLight& direct, RadianceCounts& counts)
-    : world_(world), interval_(interval), maps_(maps), settings_(settings), direct_(direct), counts_(counts),
-      air_(world.air_extinction(interval)), attenuates_(world.attenuates(interval)), sky_(settings.parts.sky ? world.sky(interval) : 0.0),
+    : world_(world),
+      interval_(interval),
+      maps_(maps),
+      settings_(settings),
+      direct_(direct),
+      counts_(counts),
+      air_(world.air_extinction(interval)),
+      attenuates_(world.attenuates(interval)),
+      sky_(settings.parts.sky ? world.sky(interval) : 0.0),
       emits_(settings.parts.emission && (world.emits(interval) || air_ > 0)),
       only_(world.only_medium(interval)),
       source_(air_ > 0 ? std::nullopt : world.uniform_source(interval)) {}
@@ -121,7 +128,8 @@ double Gather::emission_along(const Leg& leg, const FreePath& end) const noexcep
   Ray flown = leg.ray;
   if (end.collided) flown.t_max = end.t;
   double radiance = 0;
-  if (air_ > 0 && flown.t_max < kInfinity) radiance = world_.air_radiance(interval_) * one_minus_exp(air_ * flown.t_max);
+  if (air_ > 0 && flown.t_max < kInfinity)
+    radiance = world_.air_radiance(interval_) * one_minus_exp(air_ * flown.t_max);
   if (!world_.emits(interval_)) return radiance;
   WorldWalk walk(world_, interval_, flown);
   while (walk.next()) {

@@ -16,8 +16,8 @@ class Gather {
  public:
   /// @param direct  holds the shadow rays of all points; it owns sums by path
   /// @param counts  what is done adds to them
-  Gather(const World& world, int interval, const PhotonMaps* maps, const RadianceSettings& settings, DirectLight& direct,
-         RadianceCounts& counts);
+  Gather(const World& world, int interval, const PhotonMaps* maps, const RadianceSettings& settings,
+         DirectLight& direct, RadianceCounts& counts);
 
   /// A path for light that scatters into a camera ray: all that it brings adds to that ray.
   std::uint32_t add_path(std::uint32_t owner) {
@@ -58,7 +58,8 @@ class Gather {
   };
 
   bool continues(int scatterings) const noexcept {
-    return !settings_.scattering_depth || scatterings < *settings_.scattering_depth || world_.surfaces_reflect(interval_);
+    return !settings_.scattering_depth || scatterings < *settings_.scattering_depth ||
+           world_.surfaces_reflect(interval_);
   }
 
   /// Aims a leg from a point in a direction that the point draws. False where that ends it.

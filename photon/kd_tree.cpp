@@ -24,7 +24,8 @@ bool none(Four_i mask) noexcept {
 }  // namespace
 
 Nearest::Nearest(int k, float max_distance2) noexcept
-    : k_(std::clamp(k, 1, kMax)), full_(2 * k_ + 2 * kBucket),
+    : k_(std::clamp(k, 1, kMax)),
+      full_(2 * k_ + 2 * kBucket),
       bound_(std::isinf(max_distance2) ? max_distance2 : std::nextafter(max_distance2, -1.0f)) {}
 
 int Nearest::count_within(float distance2) const noexcept {
@@ -49,7 +50,8 @@ void Nearest::reduce(int most) noexcept {
     const float from = std::bit_cast<float>(low), to = std::bit_cast<float>(high);
     std::uint32_t guess = low + (high - low) / 2;
     if (step % 3 != 0 && std::isfinite(to)) {
-      const float share = (static_cast<float>(k_) + 0.5f - static_cast<float>(below)) / static_cast<float>(within - below);
+      const float share =
+          (static_cast<float>(k_) + 0.5f - static_cast<float>(below)) / static_cast<float>(within - below);
       guess = std::clamp(std::bit_cast<std::uint32_t>(from + share * (to - from)), low, high - 1);
     }
     const int count = count_within(std::bit_cast<float>(guess));
@@ -152,8 +154,7 @@ void KdTree::nearest(const Vec3f& x, Nearest& nearest, std::uint32_t first_index
       const bool left_first = to_left <= to_right;
       gap[axis] = left_first ? to_right : to_left;
       const float far2 = length2(gap);
-      stack[depth] = {gap, far2, left_first ? right : left, left_first ? middle : begin,
-                      left_first ? end : middle};
+      stack[depth] = {gap, far2, left_first ? right : left, left_first ? middle : begin, left_first ? end : middle};
       depth += far2 <= nearest.bound_;
       gap[axis] = left_first ? to_left : to_right;
       node = left_first ? left : right;

@@ -2,12 +2,12 @@
 // It finds the nearest; what they mean is the density estimate's business.
 #pragma once
 
-#include "photon/photon.h"
-
 #include <cstdint>
 #include <limits>
 #include <span>
 #include <vector>
+
+#include "photon/photon.h"
 
 namespace obscura {
 
@@ -82,9 +82,7 @@ class KdTree {
   };
 
   /// Buckets of the left child of a node of `count` buckets.
-  static constexpr std::uint32_t left_buckets(std::uint32_t count) noexcept {
-    return count - count / 2;
-  }
+  static constexpr std::uint32_t left_buckets(std::uint32_t count) noexcept { return count - count / 2; }
   struct Builder;
 
   std::vector<Photon> photons_;

@@ -1,7 +1,5 @@
 // Building the kd-tree in place: at each node the middle coordinate is found by a histogram and one
 // pass without branches parts the photons. Serial in a node, parallel over nodes: always the same bits.
-#include "photon/kd_tree.h"
-
 #include <oneapi/tbb/parallel_invoke.h>
 
 #include <algorithm>
@@ -10,6 +8,8 @@
 #include <cmath>
 #include <limits>
 #include <tuple>
+
+#include "photon/kd_tree.h"
 
 namespace obscura {
 namespace {
@@ -21,8 +21,7 @@ constexpr std::uint32_t kParallelBuckets = 256;  // smaller subtrees are built b
 bool before(const Photon& a, const Photon& b, int axis) noexcept {
   if (a.position[axis] != b.position[axis]) return a.position[axis] < b.position[axis];
   const auto key = [](const Photon& p) {
-    return std::tuple(p.position.x, p.position.y, p.position.z, p.batch, p.direction, p.collisions,
-                      p.split, p.power);
+    return std::tuple(p.position.x, p.position.y, p.position.z, p.batch, p.direction, p.collisions, p.split, p.power);
   };
   return key(a) < key(b);
 }
@@ -47,8 +46,7 @@ Box box_of(std::span<const Photon> photons) noexcept {
 }
 
 /// The coordinate that the nth photon would have if they were sorted along the axis.
-float nth_coordinate(std::span<const Photon> photons, int axis, std::size_t nth, float low,
-                     float high) {
+float nth_coordinate(std::span<const Photon> photons, int axis, std::size_t nth, float low, float high) {
   constexpr std::size_t kFew = 64;
   if (photons.size() <= kFew) {
     std::array<float, kFew> keys;
@@ -63,8 +61,7 @@ float nth_coordinate(std::span<const Photon> photons, int axis, std::size_t nth,
   const float scale = high > low ? static_cast<float>(bins) / (high - low) : std::numeric_limits<float>::infinity();
   const auto bin_of = [&](float key) {
     const float place = (key - low) * scale;
-    return place < static_cast<float>(bins) ? static_cast<std::size_t>(static_cast<std::int32_t>(place))
-                                            : bins - 1;
+    return place < static_cast<float>(bins) ? static_cast<std::size_t>(static_cast<std::int32_t>(place)) : bins - 1;
   };
   std::vector<float> keys;
   if (std::isfinite(scale)) {
@@ -130,8 +127,7 @@ void sort_bucket(std::span<Photon> photons) noexcept {
   }
   if (seen == (1u << photons.size()) - 1) return;
   std::copy_n(copies.begin(), photons.size(), photons.begin());
-  std::sort(photons.begin(), photons.end(),
-            [](const Photon& a, const Photon& b) { return before(a, b, 0); });
+  std::sort(photons.begin(), photons.end(), [](const Photon& a, const Photon& b) { return before(a, b, 0); });
 }
 
 }  // namespace
@@ -152,8 +148,7 @@ struct KdTree::Builder {
     if (extent.z > extent[axis]) axis = 2;
 
     const std::uint32_t middle = begin + left_buckets(end - begin);
-    select(range(begin, end), axis, std::size_t{middle - begin} * kBucket, box.low[axis],
-           box.high[axis]);
+    select(range(begin, end), axis, std::size_t{middle - begin} * kBucket, box.low[axis], box.high[axis]);
     const Box left = box_of(range(begin, middle)), right = box_of(range(middle, end));
     splits[node] = {left.high[axis], right.low[axis], static_cast<std::uint32_t>(axis)};
 

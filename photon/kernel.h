@@ -17,10 +17,14 @@ inline constexpr double kGaussianExponent = 2.0;
 /// Kernel up to its norm; u is (distance / radius)^2, below 1.
 inline double kernel_shape(Kernel kernel, double u) noexcept {
   switch (kernel) {
-    case Kernel::constant: return 1;
-    case Kernel::epanechnikov: return 1 - u;
-    case Kernel::cone: return 1 - std::sqrt(u);
-    case Kernel::gaussian: return std::exp(-kGaussianExponent * u);
+    case Kernel::constant:
+      return 1;
+    case Kernel::epanechnikov:
+      return 1 - u;
+    case Kernel::cone:
+      return 1 - std::sqrt(u);
+    case Kernel::gaussian:
+      return std::exp(-kGaussianExponent * u);
   }
   return 0;
 }
@@ -30,10 +34,14 @@ inline double kernel_shape(Kernel kernel, double u) noexcept {
 constexpr double kernel_norm(Kernel kernel) noexcept {
   constexpr double pi = std::numbers::pi;
   switch (kernel) {
-    case Kernel::constant: return 3 / (4 * pi);
-    case Kernel::epanechnikov: return 15 / (8 * pi);
-    case Kernel::cone: return 3 / pi;
-    case Kernel::gaussian: return 0.6877784926532102;
+    case Kernel::constant:
+      return 3 / (4 * pi);
+    case Kernel::epanechnikov:
+      return 15 / (8 * pi);
+    case Kernel::cone:
+      return 3 / pi;
+    case Kernel::gaussian:
+      return 0.6877784926532102;
   }
   return 0;
 }
@@ -43,9 +51,7 @@ constexpr double kernel_norm(Kernel kernel) noexcept {
 /// K_r in 1/m3 at a squared distance (m2); 0 from the radius (m, > 0) on, the rim itself included.
 inline double kernel_value(Kernel kernel, double distance2, double radius) noexcept {
   const double u = distance2 / (radius * radius);
-  return u < 1 ? detail::kernel_norm(kernel) / (radius * radius * radius) *
-                     detail::kernel_shape(kernel, u)
-               : 0;
+  return u < 1 ? detail::kernel_norm(kernel) / (radius * radius * radius) * detail::kernel_shape(kernel, u) : 0;
 }
 
 }  // namespace obscura

@@ -56,7 +56,8 @@ void share_photons(const World& world, PhotonEmitter& emitter, const TraceSettin
     work += traced.work;
     double squares = 0;
     for (const std::vector<Photon>* photons : {&traced.photons, &traced.surface_photons}) {
-      for (const Photon& photon : *photons) squares += static_cast<double>(photon.power) * static_cast<double>(photon.power);
+      for (const Photon& photon : *photons)
+        squares += static_cast<double>(photon.power) * static_cast<double>(photon.power);
     }
     shares.push_back(std::sqrt(squares));
   }
@@ -97,8 +98,8 @@ void Light::add_tallies(const Light& other) {
   partial = partial || other.partial;
 }
 
-Light trace_light(const World& world, const TraceSettings& settings,
-                  std::span<const FluxRectangle> rectangles, const Progress& progress) {
+Light trace_light(const World& world, const TraceSettings& settings, std::span<const FluxRectangle> rectangles,
+                  const Progress& progress) {
   refuse_unfit(world, rectangles);
   Light light;
   light.bands.resize(world.bands().size());
@@ -108,7 +109,8 @@ Light trace_light(const World& world, const TraceSettings& settings,
   Box3d around;
   for (const FluxRectangle& rectangle : rectangles) {
     for (const double u : {-0.5, 0.5}) {
-      for (const double v : {-0.5, 0.5}) around.extendBy(rectangle.center + u * rectangle.side_u + v * rectangle.side_v);
+      for (const double v : {-0.5, 0.5})
+        around.extendBy(rectangle.center + u * rectangle.side_u + v * rectangle.side_v);
     }
   }
   std::vector<PhotonEmitter> emitters;

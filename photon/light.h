@@ -15,13 +15,13 @@ struct BandLight {
 };
 
 struct Light {
-  std::vector<PhotonMaps> maps;    ///< one per interval; photons in the World's map frame
+  std::vector<PhotonMaps> maps;  ///< one per interval; photons in the World's map frame
   std::vector<BandLight> bands;
-  std::uint64_t emitted = 0;       ///< number of photons
+  std::uint64_t emitted = 0;  ///< number of photons
   std::uint64_t stored = 0;
-  WorkCounts work;                 ///< trial runs included, which are not in `emitted`
-  std::uint64_t bytes = 0;         ///< of the maps
-  double dropped_W = 0;            ///< collisions below photon_power_min, not stored
+  WorkCounts work;          ///< trial runs included, which are not in `emitted`
+  std::uint64_t bytes = 0;  ///< of the maps
+  double dropped_W = 0;     ///< collisions below photon_power_min, not stored
   std::uint64_t anomalies = 0;
   bool partial = false;
 
@@ -34,7 +34,7 @@ struct Light {
 /// the power of its sources.
 /// @throws NumericalError where photons cannot serve the World (finite sources or objects in a periodic one,
 /// clouds of different periods, rectangles that stand upright in a periodic one).
-Light trace_light(const World& world, const TraceSettings& settings,
-                  std::span<const FluxRectangle> rectangles = {}, const Progress& progress = {});
+Light trace_light(const World& world, const TraceSettings& settings, std::span<const FluxRectangle> rectangles = {},
+                  const Progress& progress = {});
 
 }  // namespace obscura

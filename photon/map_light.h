@@ -30,17 +30,19 @@ inline Estimate map_light(const World& world, int interval, const PhotonMaps& ma
                           const GatherSettings& settings, const Vec3d& key) noexcept {
   if (maps.volume.size() == 0) return {};
   const Vec3d outward = transform_direction(world.world_to_map(), -at.along());
-  return estimate(maps.volume, transform_point(world.world_to_map(), at.position()),
-                  [&](const Vec3d& y) noexcept { return world.extinction_in_map(interval, y); },
-                  [&](const Vec3d& travel) noexcept { return at.scattering().phase_in_map(travel.dot(outward)); }, settings,
-                  Sight{world, key});
+  return estimate(
+      maps.volume, transform_point(world.world_to_map(), at.position()),
+      [&](const Vec3d& y) noexcept { return world.extinction_in_map(interval, y); },
+      [&](const Vec3d& travel) noexcept { return at.scattering().phase_in_map(travel.dot(outward)); }, settings,
+      Sight{world, key});
 }
 
 inline Estimate map_light(const World& world, int interval, const PhotonMaps& maps, const SurfaceScatterer& at,
                           const GatherSettings& settings, const Vec3d& key) noexcept {
   if (maps.surface.size() == 0) return {};
-  return surface_estimate(world, interval, maps.surface, at.point(),
-                          [&](const Vec3d& travel) noexcept { return at.brdf(-travel); }, settings, key);
+  return surface_estimate(
+      world, interval, maps.surface, at.point(), [&](const Vec3d& travel) noexcept { return at.brdf(-travel); },
+      settings, key);
 }
 
 }  // namespace obscura::detail

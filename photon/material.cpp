@@ -33,7 +33,8 @@ double MaterialOptics::emissivity(double cosine) const noexcept {
   } else if (above == angles_.end()) {
     factor = factors_.back();
   } else {
-    factor = factors_[i - 1] + (factors_[i] - factors_[i - 1]) * (angle - angles_[i - 1]) / (angles_[i] - angles_[i - 1]);
+    factor =
+        factors_[i - 1] + (factors_[i] - factors_[i - 1]) * (angle - angles_[i - 1]) / (angles_[i] - angles_[i - 1]);
   }
   return std::clamp(emissivity_ * factor, 0.0, 1.0);
 }

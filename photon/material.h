@@ -45,7 +45,7 @@ class MaterialOptics {
  private:
   double emissivity_;
   double specular_, roughness_, permeable_;
-  double mean_reflectance_ = 0;  // over a cosine-weighted hemisphere
+  double mean_reflectance_ = 0;           // over a cosine-weighted hemisphere
   std::vector<double> angles_, factors_;  // radians
 };
 

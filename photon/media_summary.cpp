@@ -56,7 +56,8 @@ double LayerMaxima::largest_integral(const std::vector<double>& weights) const {
     double sum = 0, largest = 0;
     for (std::size_t layer = 0; layer < largest_[axis].front().size(); ++layer) {
       double here = 0;
-      for (std::size_t c = 0; c < weights.size(); ++c) here += weights[c] * static_cast<double>(largest_[axis][c][layer]);
+      for (std::size_t c = 0; c < weights.size(); ++c)
+        here += weights[c] * static_cast<double>(largest_[axis][c][layer]);
       sum += here;
       largest = std::max(largest, here);
     }
@@ -129,7 +130,8 @@ CloudLimits limits_of(const World& world, int c, int interval, const LayerMaxima
     limits.source_min = kInfinity;
     limits.source_max = 0;
   }
-  if (world.contents().clouds[static_cast<std::size_t>(c)].emission.size() > i && cloud.emission[i] > 0) limits.source_max = kInfinity;
+  if (world.contents().clouds[static_cast<std::size_t>(c)].emission.size() > i && cloud.emission[i] > 0)
+    limits.source_max = kInfinity;
   return limits;
 }
 
@@ -153,7 +155,9 @@ void add_object(const World& world, int interval, const Object& object, Interval
     if (mean > 0) limits.brdf_max = std::max(limits.brdf_max, reflectance * reflectance / (kPi * mean));
   }
   if (!object.radiance.empty() && object.radiance[i]) return add(*object.radiance[i]);
-  const auto planck = [&](double K) { return !band.grey() && K > 0 ? band.planck(world.interval(interval).interval, K) : 0.0; };
+  const auto planck = [&](double K) {
+    return !band.grey() && K > 0 ? band.planck(world.interval(interval).interval, K) : 0.0;
+  };
   for (const double K : object.K) add(planck(K));
   if (!object.mesh) return;
   float coldest = std::numeric_limits<float>::infinity(), warmest = 0;
@@ -184,7 +188,8 @@ IntervalLimits surroundings(const World& world, int interval) {
     limits.sphere_max = std::max(limits.sphere_max, sphere.radiance[static_cast<std::size_t>(interval)]);
     limits.sphere_min = std::min(limits.sphere_min, sphere.radiance[static_cast<std::size_t>(interval)]);
   }
-  for (const Beam& beam : world.beams()) limits.beams = limits.beams || beam.power[static_cast<std::size_t>(interval)] > 0;
+  for (const Beam& beam : world.beams())
+    limits.beams = limits.beams || beam.power[static_cast<std::size_t>(interval)] > 0;
   for (std::size_t s = world.source_count(); s < world.spheres().size(); ++s) {
     limits.beams = limits.beams || world.spheres()[s].radiance[static_cast<std::size_t>(interval)] > 0;
   }

@@ -18,9 +18,9 @@ namespace obscura {
 struct Mesh {
   std::vector<Vec3d> vertices;                      ///< m
   std::vector<std::array<std::uint32_t, 3>> faces;  ///< vertices, counter-clockwise seen from the front
-  std::vector<std::uint16_t> slots;  ///< per face, which of the object's materials; empty: the first
-  std::vector<float> vertex_K;       ///< kelvin per vertex, linear over a face; or
-  std::vector<float> face_K;         ///< per face; NaN in either: the object's. Both empty: the object's
+  std::vector<std::uint16_t> slots;                 ///< per face, which of the object's materials; empty: the first
+  std::vector<float> vertex_K;                      ///< kelvin per vertex, linear over a face; or
+  std::vector<float> face_K;                        ///< per face; NaN in either: the object's. Both empty: the object's
 };
 
 /// A mesh or a sphere in the World.

@@ -19,8 +19,8 @@ RadianceCounts path_radiance(const World& world, int interval, const PathSetting
   return incoming_radiance(world, interval, nullptr, all, rays, histories, incoming);
 }
 
-PathFlux path_flux(const World& world, int interval, const PathSettings& settings, const FluxRectangle& rectangle, int rays,
-                   std::uint64_t history) {
+PathFlux path_flux(const World& world, int interval, const PathSettings& settings, const FluxRectangle& rectangle,
+                   int rays, std::uint64_t history) {
   const int rows = std::max(1, static_cast<int>(std::sqrt(rays)));
   const double area = rectangle.side_u.length() * rectangle.side_v.length();
   const Vec3d normal = rectangle.side_u.cross(rectangle.side_v).normalized();
@@ -48,7 +48,8 @@ PathFlux path_flux(const World& world, int interval, const PathSettings& setting
       for (const Sun& sun : world.suns()) {
         const double cosine = sun.toward.dot(facing);
         const double u = stream.uniform(), v = stream.uniform();
-        const Ray shadow{places[i].origin, cone_direction(sun.toward, std::sin(0.5 * sun.diameter), u, v).first, 0, kInfinity};
+        const Ray shadow{places[i].origin, cone_direction(sun.toward, std::sin(0.5 * sun.diameter), u, v).first, 0,
+                         kInfinity};
         if (!(cosine > 0) || world.blocked(shadow, {}, stream)) continue;
         double depth = 0;
         world.optical_depths(interval, {&shadow, 1}, {&depth, 1});

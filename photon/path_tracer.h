@@ -29,8 +29,8 @@ struct PathFlux {
 };
 /// By `rays` paths a side from stratified places in cosine-distributed directions. @param history names the
 /// random numbers
-PathFlux path_flux(const World& world, int interval, const PathSettings& settings, const FluxRectangle& rectangle, int rays,
-                   std::uint64_t history);
+PathFlux path_flux(const World& world, int interval, const PathSettings& settings, const FluxRectangle& rectangle,
+                   int rays, std::uint64_t history);
 
 /// @throws NumericalError that names what paths cannot find (beams without width) or not finish.
 void refuse_unfit_paths(const World& world);

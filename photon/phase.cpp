@@ -17,8 +17,7 @@ constexpr double kInverseSphere = 0.25 / kPi;
 // 1 + g^2 - 2 g mu = (1 - g)^2 + 2 g (1 - mu) = (1 + g)^2 - 2 g (1 + mu).
 double hg_value(double g, double cosine) noexcept {
   if (g == 1 || g == -1) return 0;
-  const double distance2 =
-      g >= 0 ? (1 - g) * (1 - g) + 2 * g * (1 - cosine) : (1 + g) * (1 + g) - 2 * g * (1 + cosine);
+  const double distance2 = g >= 0 ? (1 - g) * (1 - g) + 2 * g * (1 - cosine) : (1 + g) * (1 + g) - 2 * g * (1 + cosine);
   return kInverseSphere * (1 - g) * (1 + g) / (distance2 * std::sqrt(distance2));
 }
 
@@ -38,9 +37,7 @@ Cosine hg_sample(double g, double u) noexcept {
           scale * (1 + g) * (1 + g) * u * (g >= 0 ? (1 - g) + g * u : 1 - g * v)};
 }
 
-double cosine_of(const Cosine& c) noexcept {
-  return c.one_minus < 1 ? 1 - c.one_minus : c.one_plus - 1;
-}
+double cosine_of(const Cosine& c) noexcept { return c.one_minus < 1 ? 1 - c.one_minus : c.one_plus - 1; }
 
 // Root of mu^3 + 3 mu = 8 u - 4 by the hyperbolic form of Cardano's formula.
 double rayleigh_sample(double u) noexcept { return 2 * std::sinh(std::asinh(4 * u - 2) / 3); }
@@ -66,8 +63,8 @@ struct PhaseFunction::Table {
 
   // The piece i (between nodes i and i + 1) that holds 1 - cosine = c.
   std::size_t piece_at(double c) const noexcept {
-    const auto it = std::lower_bound(one_minus.begin() + 1, one_minus.end() - 1, c,
-                                     [](double node, double x) { return node > x; });
+    const auto it =
+        std::lower_bound(one_minus.begin() + 1, one_minus.end() - 1, c, [](double node, double x) { return node > x; });
     return static_cast<std::size_t>(it - one_minus.begin()) - 1;
   }
 
@@ -93,12 +90,10 @@ struct PhaseFunction::Table {
     // From the nearer end of the piece, so that small angles keep their digits.
     const double up = (u - below[i]) / mass;
     if (up < 0.5) {
-      return one_minus[i] + share_of(std::max(up, 0.0), value[i], value[i + 1]) *
-                                (one_minus[i + 1] - one_minus[i]);
+      return one_minus[i] + share_of(std::max(up, 0.0), value[i], value[i + 1]) * (one_minus[i + 1] - one_minus[i]);
     }
     const double down = std::max((below[i + 1] - u) / mass, 0.0);
-    return one_minus[i + 1] +
-           share_of(down, value[i + 1], value[i]) * (one_minus[i] - one_minus[i + 1]);
+    return one_minus[i + 1] + share_of(down, value[i + 1], value[i]) * (one_minus[i] - one_minus[i + 1]);
   }
 };
 
@@ -117,8 +112,7 @@ PhaseFunction PhaseFunction::henyey_greenstein(double g) {
 
 PhaseFunction PhaseFunction::double_henyey_greenstein(double g1, double g2, double weight) {
   if (!(weight >= 0 && weight <= 1)) {
-    throw InputError("phase function", "weight is not within 0 to 1",
-                     "it is the share of the lobe g1");
+    throw InputError("phase function", "weight is not within 0 to 1", "it is the share of the lobe g1");
   }
   PhaseFunction p;
   p.kind_ = Kind::double_hg;
@@ -129,8 +123,8 @@ PhaseFunction PhaseFunction::double_henyey_greenstein(double g1, double g2, doub
   return p;
 }
 
-PhaseFunction PhaseFunction::table(const std::vector<double>& angles_deg,
-                                   const std::vector<double>& values, double* norm_change) {
+PhaseFunction PhaseFunction::table(const std::vector<double>& angles_deg, const std::vector<double>& values,
+                                   double* norm_change) {
   const std::size_t n = angles_deg.size();
   const auto fail = [](const std::string& problem, const std::string& hint = {}) {
     throw InputError("phase function", problem, hint);
@@ -159,8 +153,7 @@ PhaseFunction PhaseFunction::table(const std::vector<double>& angles_deg,
   double sum = 0;
   table->below.push_back(0);
   for (std::size_t i = 1; i < n; ++i) {
-    sum += kPi * (table->one_minus[i - 1] - table->one_minus[i]) *
-           (table->value[i - 1] + table->value[i]);
+    sum += kPi * (table->one_minus[i - 1] - table->one_minus[i]) * (table->value[i - 1] + table->value[i]);
     table->below.push_back(sum);
   }
   if (!(sum > 0) || !std::isfinite(sum)) fail("the integral of the table is not a positive number");
@@ -219,7 +212,8 @@ PhaseFunction PhaseFunction::blunted(double peak) const {
     for (std::size_t k = 0; k < rule.node.size(); ++k) {
       const double value = table_->value[i] + rule.node[k] * (table_->value[i + 1] - table_->value[i]);
       const double weight = 2 * kPi * width * rule.weight[k] * value;
-      polynomials(1 - (start - width * rule.node[k]), [&](int l, double p) { moments[static_cast<std::size_t>(l)] += weight * p; });
+      polynomials(1 - (start - width * rule.node[k]),
+                  [&](int l, double p) { moments[static_cast<std::size_t>(l)] += weight * p; });
     }
   }
   // A bound of the height is the sum of the moduli: h by bisection.
@@ -227,7 +221,8 @@ PhaseFunction PhaseFunction::blunted(double peak) const {
   for (int i = 0; i < 40; ++i) {
     const double h = 0.5 * (low + high);
     double sum = 0, power = 1;
-    for (int l = 0; l < kMoments; ++l, power *= h) sum += (2 * l + 1) * power * std::abs(moments[static_cast<std::size_t>(l)]);
+    for (int l = 0; l < kMoments; ++l, power *= h)
+      sum += (2 * l + 1) * power * std::abs(moments[static_cast<std::size_t>(l)]);
     (sum > peak ? high : low) = h;
   }
   std::vector<double> angles, values;
@@ -247,7 +242,8 @@ double PhaseFunction::largest() const noexcept {
   // Henyey and Greenstein's and Rayleigh's are convex in the cosine, and so are their sums; a table's peaks are nodes.
   const auto is_delta = [](double g) { return g == 1 || g == -1; };
   switch (kind_) {
-    case Kind::table: return *std::max_element(table_->value.begin(), table_->value.end());
+    case Kind::table:
+      return *std::max_element(table_->value.begin(), table_->value.end());
     case Kind::henyey_greenstein:
       if (is_delta(g1_)) return kInfinity;
       break;
@@ -255,7 +251,8 @@ double PhaseFunction::largest() const noexcept {
       if ((weight_ > 0 && is_delta(g1_)) || (weight_ < 1 && is_delta(g2_))) return kInfinity;
       break;
     case Kind::isotropic:
-    case Kind::rayleigh: break;
+    case Kind::rayleigh:
+      break;
   }
   return std::max(value(1), value(-1));
 }
@@ -339,8 +336,7 @@ double PhaseFunction::moment(int l) const {
     const double width = start - table_->one_minus[i + 1];
     for (std::size_t k = 0; k < rule.node.size(); ++k) {
       const double mu = 1 - (start - width * rule.node[k]);
-      const double value =
-          table_->value[i] + rule.node[k] * (table_->value[i + 1] - table_->value[i]);
+      const double value = table_->value[i] + rule.node[k] * (table_->value[i + 1] - table_->value[i]);
       double p = 1, previous = 0;
       for (int n = 1; n <= l; ++n) {
         const double next = ((2 * n - 1) * mu * p - (n - 1) * previous) / n;

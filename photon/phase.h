@@ -30,8 +30,8 @@ class PhaseFunction {
   /// @param values as many, >= 0, not all 0, in any unit
   /// @param norm_change if not null: integral of the given values over the sphere, less 1
   /// @throws InputError
-  static PhaseFunction table(const std::vector<double>& angles_deg,
-                             const std::vector<double>& values, double* norm_change = nullptr);
+  static PhaseFunction table(const std::vector<double>& angles_deg, const std::vector<double>& values,
+                             double* norm_change = nullptr);
 
   /// The same light scattered into somewhat other directions: convolved with as wide a Henyey-Greenstein lobe as
   /// leaves no value above peak / (4 pi). Moments l are multiplied by h^l. Where none is above, the same function.

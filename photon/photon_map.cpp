@@ -20,8 +20,7 @@ double sum_of_powers(std::span<const Photon> photons) noexcept {
 
 }  // namespace
 
-PhotonMap::PhotonMap(std::vector<Photon> photons, const Vec3d& origin, const Vec3d& period,
-                     double emitted)
+PhotonMap::PhotonMap(std::vector<Photon> photons, const Vec3d& origin, const Vec3d& period, double emitted)
     : origin_(origin), period_(period), emitted_(emitted) {
   assert(emitted > 0);
   std::uint64_t images = 1;
@@ -32,8 +31,7 @@ PhotonMap::PhotonMap(std::vector<Photon> photons, const Vec3d& origin, const Vec
     middle_[axis] = static_cast<float>(0.5 * period[axis]);
     for (Photon& photon : photons) {
       const double p = photon.position[axis];
-      photon.position[axis] =
-          static_cast<float>(p - period[axis] * std::floor(p / period[axis]));
+      photon.position[axis] = static_cast<float>(p - period[axis] * std::floor(p / period[axis]));
     }
   }
   if (periodic_) {
@@ -89,8 +87,8 @@ void PhotonMap::nearest(const Vec3f& local, Nearest& found) const noexcept {
           const Vec3i shift(i, j, k);
           double distance2 = 0;
           for (int axis = 0; axis < 3; ++axis) {
-            const double beside = std::abs(local[axis] - shift[axis] * period_[axis] - middle_[axis]) -
-                                  0.5 * period_[axis] * (1 + 1e-6);
+            const double beside =
+                std::abs(local[axis] - shift[axis] * period_[axis] - middle_[axis]) - 0.5 * period_[axis] * (1 + 1e-6);
             if (shift[axis] != 0 && beside > 0) distance2 += beside * beside;
           }
           if (distance2 * (1 - 1e-6) > found.bound()) continue;
@@ -121,8 +119,7 @@ Vec3f PhotonMap::offset(const Vec3f& local, std::uint32_t index) const noexcept 
     const int shift = 2 * digit > width ? digit - width : digit;
     number /= width;
     // The same rounding as in nearest().
-    const float from = shift == 0 ? local[axis]
-                                  : static_cast<float>(local[axis] - shift * period_[axis]);
+    const float from = shift == 0 ? local[axis] : static_cast<float>(local[axis] - shift * period_[axis]);
     moved[axis] = position[axis] - from;
   }
   return moved;

@@ -2,11 +2,11 @@
 // its powers are relative to. Immutable.
 #pragma once
 
-#include "photon/kd_tree.h"
-
 #include <cstdint>
 #include <span>
 #include <vector>
+
+#include "photon/kd_tree.h"
 
 namespace obscura {
 
@@ -19,8 +19,8 @@ class PhotonMap {
   /// @param period   m, per axis; 0: the map does not repeat along it. The cell begins at the origin.
   /// @param emitted  what powers are to be divided by: the number of emitted photons, or 1 where they
   ///                 have been divided by it already; > 0
-  explicit PhotonMap(std::vector<Photon> photons, const Vec3d& origin = {0, 0, 0},
-                     const Vec3d& period = {0, 0, 0}, double emitted = 1);
+  explicit PhotonMap(std::vector<Photon> photons, const Vec3d& origin = {0, 0, 0}, const Vec3d& period = {0, 0, 0},
+                     double emitted = 1);
 
   /// The map of both sets of photons, each power relative to the sum of the emitted. Origin and period
   /// must be the same. Associative and commutative to the bit.
@@ -48,9 +48,7 @@ class PhotonMap {
   /// repeats along all axes), infinite where nothing repeats.
   double reach() const noexcept;
   /// The photon behind an index of nearest().
-  const Photon& photon(std::uint32_t index) const noexcept {
-    return photons()[periodic_ ? index % size() : index];
-  }
+  const Photon& photon(std::uint32_t index) const noexcept { return photons()[periodic_ ? index % size() : index]; }
   /// From the local point to that photon, in the cell where it was found, m.
   Vec3f offset(const Vec3f& local, std::uint32_t index) const noexcept;
 
@@ -59,8 +57,8 @@ class PhotonMap {
   Vec3d origin_{0, 0, 0};
   Vec3d period_{0, 0, 0};
   bool periodic_ = false;
-  int rings_ = 0;              // images searched to either side
-  Vec3f middle_{0, 0, 0};      // of the cell
+  int rings_ = 0;          // images searched to either side
+  Vec3f middle_{0, 0, 0};  // of the cell
   double emitted_ = 1;
   double power_ = 0;
 };

@@ -14,11 +14,9 @@ using Piece = WeightedPlanck::Piece;
 
 // x = kC2 / (um K); band radiance = kBandScale K^4 * integral of x^3 / (e^x - 1) dx.
 constexpr double kC2 = kPlanckConstant * kSpeedOfLight / kBoltzmannConstant * 1e6;  // um K
-constexpr double kC1 =
-    2 * kPlanckConstant * kSpeedOfLight * kSpeedOfLight * 1e24;  // W um^4 /m2 /sr
+constexpr double kC1 = 2 * kPlanckConstant * kSpeedOfLight * kSpeedOfLight * 1e24;  // W um^4 /m2 /sr
 constexpr double kBandScale = 2 * kBoltzmannConstant * (kBoltzmannConstant / kPlanckConstant) *
-                              (kBoltzmannConstant / kPlanckConstant) *
-                              (kBoltzmannConstant / kPlanckConstant) /
+                              (kBoltzmannConstant / kPlanckConstant) * (kBoltzmannConstant / kPlanckConstant) /
                               (kSpeedOfLight * kSpeedOfLight);
 constexpr double kSmallest = 1e-300;
 
@@ -57,9 +55,8 @@ void add_piece(const Piece& piece, double K, double reference, Sums& sums) noexc
       const double x = low + above;
       const double decay = std::exp(reference - x);
       const double denominator = x < 0.5 ? -std::expm1(-x) : 1 - std::exp(-x);  // 1 - e^-x
-      const double share = (width - above) * piece.um_min / (x * band_um);  // (um - um_min) / band
-      const double response =
-          piece.response_min + share * (piece.response_max - piece.response_min);
+      const double share = (width - above) * piece.um_min / (x * band_um);      // (um - um_min) / band
+      const double response = piece.response_min + share * (piece.response_max - piece.response_min);
       const double q = x / denominator;
       const double term = rule.weight[i] * step * response * x * x * q * decay;
       sums.value += term;
@@ -69,9 +66,7 @@ void add_piece(const Piece& piece, double K, double reference, Sums& sums) noexc
   }
 }
 
-double reference_of(std::span<const Piece> pieces, double K) noexcept {
-  return kC2 / (pieces.front().um_max * K);
-}
+double reference_of(std::span<const Piece> pieces, double K) noexcept { return kC2 / (pieces.front().um_max * K); }
 
 Sums integrate(std::span<const Piece> pieces, double K, double reference) noexcept {
   Sums sums;
@@ -84,8 +79,8 @@ LogPlanck log_radiance(std::span<const Piece> pieces, double K) noexcept {
   const double reference = reference_of(pieces, K);
   const Sums sums = integrate(pieces, K, reference);
   if (!(sums.value > 0)) return {-kInfinity, 0, 0};
-  return {std::log(kBandScale) + 4 * std::log(K) + std::log(sums.value) - reference,
-          sums.first / sums.value, sums.second / sums.value};
+  return {std::log(kBandScale) + 4 * std::log(K) + std::log(sums.value) - reference, sums.first / sums.value,
+          sums.second / sums.value};
 }
 
 // kBandScale K^4 sum e^-reference in an order that neither under- nor overflows before the result.
@@ -175,8 +170,7 @@ double planck_spectral_derivative(double um, double K) noexcept {
 }
 
 double brightness_temperature(double um, double spectral_radiance) noexcept {
-  if (!(spectral_radiance > 0))
-    return spectral_radiance != spectral_radiance ? spectral_radiance : 0.0;
+  if (!(spectral_radiance > 0)) return spectral_radiance != spectral_radiance ? spectral_radiance : 0.0;
   const double a = std::log(kC1) - 5 * std::log(um) - std::log(spectral_radiance);
   const double ratio = kC1 / (um * um * um * um * um) / spectral_radiance;
   return kC2 / um / (ratio < 1e300 ? std::log1p(ratio) : log1p_exp(a));
@@ -207,16 +201,10 @@ WeightedPlanck::WeightedPlanck(double um_min, double um_max, const Spectrum& res
 
 double WeightedPlanck::radiance(double K) const noexcept { return obscura::radiance(pieces_, K); }
 
-double WeightedPlanck::derivative(double K) const noexcept {
-  return obscura::derivative(pieces_, K);
-}
+double WeightedPlanck::derivative(double K) const noexcept { return obscura::derivative(pieces_, K); }
 
-double WeightedPlanck::brightness_temperature(double radiance) const noexcept {
-  return invert(pieces_, radiance);
-}
+double WeightedPlanck::brightness_temperature(double radiance) const noexcept { return invert(pieces_, radiance); }
 
-LogPlanck WeightedPlanck::log_radiance(double K) const noexcept {
-  return obscura::log_radiance(pieces_, K);
-}
+LogPlanck WeightedPlanck::log_radiance(double K) const noexcept { return obscura::log_radiance(pieces_, K); }
 
 }  // namespace obscura

@@ -29,8 +29,7 @@ class PlanckTable {
     if (row < 0 || row >= static_cast<std::int64_t>(rows_.size())) return planck_.radiance(K);
     const Row& r = rows_[static_cast<std::size_t>(row)];
     const double s = (u - r.start) * r.scale;
-    const double log =
-        r.c[0] + s * (r.c[1] + s * (r.c[2] + s * (r.c[3] + s * (r.c[4] + s * r.c[5]))));
+    const double log = r.c[0] + s * (r.c[1] + s * (r.c[2] + s * (r.c[3] + s * (r.c[4] + s * r.c[5]))));
     return log >= kLogSmallest ? std::exp(log) : 0.0;
   }
 
@@ -44,12 +43,8 @@ class PlanckTable {
   };
 
   /// Exponent and leading digits of u: rows of equal width within each octave.
-  static std::int64_t row_of(double u) noexcept {
-    return std::bit_cast<std::int64_t>(u) >> (52 - kRowBits);
-  }
-  static double row_start(std::int64_t row) noexcept {
-    return std::bit_cast<double>(row << (52 - kRowBits));
-  }
+  static std::int64_t row_of(double u) noexcept { return std::bit_cast<std::int64_t>(u) >> (52 - kRowBits); }
+  static double row_start(std::int64_t row) noexcept { return std::bit_cast<double>(row << (52 - kRowBits)); }
 
   WeightedPlanck planck_;
   std::int64_t first_row_ = 0;

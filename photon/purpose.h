@@ -5,7 +5,18 @@
 
 namespace obscura {
 
-enum class Purpose : std::uint32_t { emission = 1, tracing, pixel, radiance, probe, chord, disc, detector_noise, detector_pattern, sunlight };
+enum class Purpose : std::uint32_t {
+  emission = 1,
+  tracing,
+  pixel,
+  radiance,
+  probe,
+  chord,
+  disc,
+  detector_noise,
+  detector_pattern,
+  sunlight
+};
 
 /// Streams of one purpose are kept apart by the spectral interval they serve.
 constexpr std::uint32_t purpose_id(Purpose purpose, int interval = 0) noexcept {

@@ -13,8 +13,8 @@ namespace obscura {
 namespace {
 
 using detail::CloudScatterer;
-using detail::SurfaceScatterer;
 using detail::map_light;
+using detail::SurfaceScatterer;
 
 /// The steps of a leg that have streams of their own: 0 for the points' places, then one for the light at
 /// each point.
@@ -25,14 +25,14 @@ constexpr int kSteps = 2 * kMostPoints + 4;
 
 /// A stretch of a camera ray: from the sensor to a surface or infinity, then from mirror to mirror.
 struct Leg {
-  Ray ray;             // ends at the surface
-  std::uint32_t owner; // the camera ray
-  double weight;       // what its radiance counts at the sensor
+  Ray ray;              // ends at the surface
+  std::uint32_t owner;  // the camera ray
+  double weight;        // what its radiance counts at the sensor
   FaceId from;
-  bool discs;          // sees the discs of sun and moon
+  bool discs;  // sees the discs of sun and moon
   SurfaceHit hit;
-  Footprint footprint; // none: exactly through the leaves
-  double depth = 0;    // of the clouds
+  Footprint footprint;    // none: exactly through the leaves
+  double depth = 0;       // of the clouds
   double most_depth = 0;  // no less than what the leaves hold
   double transmission = 1;
   double emission = 0;  // where coarse: of what lies along it
@@ -52,8 +52,15 @@ class Pass {
  public:
   Pass(const World& world, int interval, const PhotonMaps* maps, const RadianceSettings& settings,
        std::span<const Ray> rays, std::span<const std::uint64_t> histories, std::span<Incoming> incoming)
-      : world_(world), interval_(interval), maps_(maps), settings_(settings), rays_(rays),
-        histories_(histories), incoming_(incoming), air_(world.air_extinction(interval)), attenuates_(world.attenuates(interval)),
+      : world_(world),
+        interval_(interval),
+        maps_(maps),
+        settings_(settings),
+        rays_(rays),
+        histories_(histories),
+        incoming_(incoming),
+        air_(world.air_extinction(interval)),
+        attenuates_(world.attenuates(interval)),
         direct_(world, interval, settings.parts, counts_.work, settings.gather_bounces > 0),
         gather_(world, interval, maps, settings, direct_, counts_),
         beyond_(gather_.wanted() ? detail::Beyond::path : detail::Beyond::map),
@@ -66,7 +73,8 @@ class Pass {
     legs_.reserve(rays_.size());
     for (std::size_t i = 0; i < rays_.size(); ++i) {
       incoming_[i] = {};
-      legs_.push_back({rays_[i], static_cast<std::uint32_t>(i), 1.0, {}, settings_.parts.sun_disc, {}, settings_.footprint});
+      legs_.push_back(
+          {rays_[i], static_cast<std::uint32_t>(i), 1.0, {}, settings_.parts.sun_disc, {}, settings_.footprint});
     }
     for (bounce_ = 0; !legs_.empty(); ++bounce_) {
       if (!world_.surfaces().empty()) find_surfaces();
@@ -177,8 +185,8 @@ class Pass {
       double direct = 0;
       if (background) {
         direct = transmission * (kMasked && hit.exists() ? surface_behind(rays[i], hit)
-                                 : discs ? world_.background(interval_, rays[i].direction)
-                                         : sky);
+                                 : discs                 ? world_.background(interval_, rays[i].direction)
+                                                         : sky);
       }
       direct += along;
       if (!std::isfinite(direct)) {
@@ -245,11 +253,12 @@ class Pass {
     }
   }
 
-  /// Narrowest spot in the clouds, m, that makes a leg worth a walk by coarse cells: where its emission has to be followed
-  /// in any case. Transmission alone is faster by the batched walk through the leaves (octree/METHODS.md).
+  /// Narrowest spot in the clouds, m, that makes a leg worth a walk by coarse cells: where its emission has to be
+  /// followed in any case. Transmission alone is faster by the batched walk through the leaves (octree/METHODS.md).
   double narrowest_spot() const {
     if (!settings_.footprint.exists() || !(settings_.footprint_tolerance > 0)) return kInfinity;
-    if (!settings_.parts.emission || !world_.emits(interval_) || !(world_.largest_source(interval_) < kInfinity)) return kInfinity;
+    if (!settings_.parts.emission || !world_.emits(interval_) || !(world_.largest_source(interval_) < kInfinity))
+      return kInfinity;
     if (!(air_ > 0) && world_.uniform_source(interval_)) return kInfinity;
     double voxel_m = kInfinity;
     for (int c = 0; c < world_.cloud_count(); ++c) voxel_m = std::min(voxel_m, world_.frame(c).voxel_m);
@@ -258,7 +267,8 @@ class Pass {
 
   bool is_wide(const Leg& leg) const noexcept {
     if (!(narrowest_spot_ < kInfinity) || !leg.footprint.exists()) return false;
-    const auto [enter, leave] = world_.periodic() ? std::pair(leg.ray.t_min, leg.ray.t_max) : clip(leg.ray, world_.cloud_bounds());
+    const auto [enter, leave] =
+        world_.periodic() ? std::pair(leg.ray.t_min, leg.ray.t_max) : clip(leg.ray, world_.cloud_bounds());
     return enter < leave && leg.footprint.at(leave) >= narrowest_spot_;
   }
 
@@ -296,8 +306,7 @@ class Pass {
       if (leg.depth <= 0 && !world_.glows(interval_)) continue;
       counts_.work[Work::emission] += emits;
       incoming_[leg.owner].direct +=
-          leg.weight * (source ? *source * one_minus_exp(leg.depth)
-                               : detail::light_along(world_, interval_, leg.ray));
+          leg.weight * (source ? *source * one_minus_exp(leg.depth) : detail::light_along(world_, interval_, leg.ray));
     }
   }
 
@@ -395,15 +404,21 @@ class Pass {
         const int paths = gather_.wanted() ? std::clamp(settings_.points, 1, kMostPoints) : 1;
         for (int k = 0; k < paths; ++k) light(leg, kReflectStep + k, share / paths, SurfaceScatterer(at), 0);
         if (!gather_.wanted() && settings_.parts.map && maps_ && maps_->surface.size() > 0) {
-          add(leg.owner, share, map_light(world_, interval_, *maps_, SurfaceScatterer(at), settings_.gather, key_of(leg)));
+          add(leg.owner, share,
+              map_light(world_, interval_, *maps_, SurfaceScatterer(at), settings_.gather, key_of(leg)));
         }
       }
       const double share = weight * specular * material.reflectance(at.cosine);
       if (!(share > 0)) continue;
       bool exact;
       const Vec3d toward = mirror_direction(leg.ray.direction, at.normal, material.roughness(), stream, exact);
-      mirrored.push_back({{at.position, toward, world_.surfaces().clearance(), kInfinity}, leg.owner, share, at.id,
-                          settings_.parts.sun_disc && exact, {}, exact ? leg.footprint.from(leg.hit.t) : Footprint()});
+      mirrored.push_back({{at.position, toward, world_.surfaces().clearance(), kInfinity},
+                          leg.owner,
+                          share,
+                          at.id,
+                          settings_.parts.sun_disc && exact,
+                          {},
+                          exact ? leg.footprint.from(leg.hit.t) : Footprint()});
       if (material.roughness() > 0 && direct_.suns()) {
         // A rough mirror would find the small discs too rarely.
         detail::DiscPlaces discs = discs_of(leg, kReflectStep);
@@ -444,7 +459,8 @@ class Pass {
     return {settings_.seed, histories_[leg.owner], purpose_of(Purpose::disc, step)};
   }
   Vec3d key_of(const Leg& leg) const noexcept {
-    return {static_cast<double>(histories_[leg.owner]), static_cast<double>(settings_.seed), static_cast<double>(bounce_)};
+    return {static_cast<double>(histories_[leg.owner]), static_cast<double>(settings_.seed),
+            static_cast<double>(bounce_)};
   }
   std::uint32_t purpose_of(Purpose purpose, int step) const noexcept {
     return purpose_id(purpose, interval_) + 0x10000u * static_cast<std::uint32_t>(bounce_ * kSteps + step);
@@ -473,8 +489,7 @@ class Pass {
 
 RadianceCounts incoming_radiance(const World& world, int interval, const PhotonMaps* maps,
                                  const RadianceSettings& settings, std::span<const Ray> rays,
-                                 std::span<const std::uint64_t> histories,
-                                 std::span<Incoming> incoming) {
+                                 std::span<const std::uint64_t> histories, std::span<Incoming> incoming) {
   // So many together that their points and paths fit the caches.
   constexpr std::size_t kTogether = 16384;
   const std::size_t most = std::max<std::size_t>(1, kTogether / static_cast<std::size_t>(std::max(1, settings.points)));

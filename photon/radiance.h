@@ -55,13 +55,13 @@ struct RadianceSettings {
 
 /// What arrives at the start of a ray, W/m2/sr.
 struct Incoming {
-  double direct = 0;                       ///< everything that does not come from the map
-  std::array<double, kBatches> map{};      ///< from the map, once per batch; their mean adds to `direct`
-  double bias = 0;                         ///< estimated bias of the map's part
-  double variance = 0;                     ///< of total(), from the scatter of the ray's own points; 0: not known
-  double transmission = 1;                 ///< of the clouds, to the first surface or infinity
-  double transmission_air = 1;             ///< of the atmosphere, likewise
-  double distance = kInfinity;             ///< to the first surface, in units of the ray's direction
+  double direct = 0;                   ///< everything that does not come from the map
+  std::array<double, kBatches> map{};  ///< from the map, once per batch; their mean adds to `direct`
+  double bias = 0;                     ///< estimated bias of the map's part
+  double variance = 0;                 ///< of total(), from the scatter of the ray's own points; 0: not known
+  double transmission = 1;             ///< of the clouds, to the first surface or infinity
+  double transmission_air = 1;         ///< of the atmosphere, likewise
+  double distance = kInfinity;         ///< to the first surface, in units of the ray's direction
 
   double total() const noexcept {
     double sum = 0;

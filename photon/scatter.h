@@ -52,7 +52,9 @@ class LocalScattering {
   }
 
  private:
-  explicit LocalScattering(const CloudOptics::Part& only) noexcept : count_(1), total_(1) { entries_[0] = {only.phase, only.in_map, 1}; }
+  explicit LocalScattering(const CloudOptics::Part& only) noexcept : count_(1), total_(1) {
+    entries_[0] = {only.phase, only.in_map, 1};
+  }
 
   struct Entry {
     const PhaseFunction* phase;

@@ -26,16 +26,14 @@ double extreme(const Spectrum& s, double um_min, double um_max, Better better) n
 Spectrum Spectrum::table(std::vector<double> um, std::vector<double> value) {
   if (um.empty()) throw InputError("spectrum", "the table has no rows", "give at least one");
   if (um.size() != value.size()) {
-    throw InputError(
-        "spectrum",
-        std::to_string(um.size()) + " wavelengths but " + std::to_string(value.size()) + " values",
-        "give one value per wavelength");
+    throw InputError("spectrum",
+                     std::to_string(um.size()) + " wavelengths but " + std::to_string(value.size()) + " values",
+                     "give one value per wavelength");
   }
   for (std::size_t i = 0; i < um.size(); ++i) {
     const std::string row = "row " + std::to_string(i + 1);
     if (!(um[i] > 0) || !std::isfinite(um[i])) {
-      throw InputError("spectrum", row + ": the wavelength is not a positive number",
-                       "wavelengths are in micrometres");
+      throw InputError("spectrum", row + ": the wavelength is not a positive number", "wavelengths are in micrometres");
     }
     if (i > 0 && um[i] <= um[i - 1]) {
       throw InputError("spectrum", row + ": the wavelength does not increase",
@@ -73,8 +71,7 @@ double Spectrum::max(double um_min, double um_max) const noexcept {
 double Spectrum::min() const noexcept { return *std::min_element(value_.begin(), value_.end()); }
 double Spectrum::max() const noexcept { return *std::max_element(value_.begin(), value_.end()); }
 
-std::vector<double> linear_pieces(const Spectrum& a, const Spectrum& b, double um_min,
-                                  double um_max) {
+std::vector<double> linear_pieces(const Spectrum& a, const Spectrum& b, double um_min, double um_max) {
   std::vector<double> cuts{um_min};
   for (const Spectrum* s : {&a, &b}) {
     for (const double um : s->nodes_um()) {

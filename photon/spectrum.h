@@ -46,8 +46,7 @@ class Spectrum {
 
 /// Wavelengths (um) that cut [um_min, um_max] into pieces on which both spectra are linear,
 /// both ends included, increasing.
-std::vector<double> linear_pieces(const Spectrum& a, const Spectrum& b, double um_min,
-                                  double um_max);
+std::vector<double> linear_pieces(const Spectrum& a, const Spectrum& b, double um_min, double um_max);
 
 /// Integral over [um_min, um_max] of a(um) d um, and of a(um) b(um) d um: exact but for rounding.
 double integral(const Spectrum& a, double um_min, double um_max);

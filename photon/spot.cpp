@@ -6,18 +6,30 @@ namespace obscura {
 
 const char* name(Criterion criterion) noexcept {
   switch (criterion) {
-    case Criterion::none: return "none";
-    case Criterion::polygons: return "polygons";
-    case Criterion::materials: return "materials";
-    case Criterion::normal: return "normal";
-    case Criterion::reflection: return "reflection";
-    case Criterion::depth: return "depth";
-    case Criterion::temperature: return "temperature";
-    case Criterion::emissivity: return "emissivity";
-    case Criterion::shadow: return "shadow";
-    case Criterion::transmission: return "transmission";
-    case Criterion::radiance: return "radiance";
-    case Criterion::error: return "error";
+    case Criterion::none:
+      return "none";
+    case Criterion::polygons:
+      return "polygons";
+    case Criterion::materials:
+      return "materials";
+    case Criterion::normal:
+      return "normal";
+    case Criterion::reflection:
+      return "reflection";
+    case Criterion::depth:
+      return "depth";
+    case Criterion::temperature:
+      return "temperature";
+    case Criterion::emissivity:
+      return "emissivity";
+    case Criterion::shadow:
+      return "shadow";
+    case Criterion::transmission:
+      return "transmission";
+    case Criterion::radiance:
+      return "radiance";
+    case Criterion::error:
+      return "error";
   }
   return "none";
 }

@@ -25,8 +25,18 @@ struct Spot {
 
 /// Why a spot is refined.
 enum class Criterion : std::uint8_t {
-  none, polygons, materials, normal, reflection, depth, temperature, emissivity,
-  shadow, transmission, radiance, error  // found by rays, not here
+  none,
+  polygons,
+  materials,
+  normal,
+  reflection,
+  depth,
+  temperature,
+  emissivity,
+  shadow,
+  transmission,
+  radiance,
+  error  // found by rays, not here
 };
 inline constexpr int kCriteria = 12;
 const char* name(Criterion criterion) noexcept;

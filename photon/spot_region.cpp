@@ -137,7 +137,8 @@ double SpotRegion::spread() const noexcept {
   if (!bounded_) return 2 * kPi;
   double most = 0;
   for (std::size_t i = 0; i < 4; ++i) {
-    for (std::size_t j = 0; j < i; ++j) most = std::max(most, (central_ ? edges_[i] - edges_[j] : starts_[i] - starts_[j]).length());
+    for (std::size_t j = 0; j < i; ++j)
+      most = std::max(most, (central_ ? edges_[i] - edges_[j] : starts_[i] - starts_[j]).length());
   }
   return central_ ? 2 * std::asin(std::min(1.0, 0.5 * most)) : most;
 }

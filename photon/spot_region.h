@@ -15,7 +15,8 @@ struct Fragment {
   static constexpr int kNoSide = -1;
   static constexpr std::size_t kMost = 6 + BoxTree::kMaxPlanes;
 
-  explicit Fragment(const std::array<Vec3d, 3>& triangle) noexcept : corners{triangle[0], triangle[1], triangle[2]}, sides{0, 1, 2} {}
+  explicit Fragment(const std::array<Vec3d, 3>& triangle) noexcept
+      : corners{triangle[0], triangle[1], triangle[2]}, sides{0, 1, 2} {}
 
   std::array<Vec3d, kMost> corners;
   std::array<int, kMost> sides;  ///< of the triangle that the edge lies on, or kNoSide

@@ -40,8 +40,9 @@ bool SpotQuery::Search::Visited::contains(std::uint32_t face) const noexcept {
 SpotQuery::Search::Search(const World& world, const SpotThresholds& thresholds, int specular_depth)
     : world_(world), asked_(thresholds), depth_(static_cast<std::size_t>(std::clamp(specular_depth, 0, kMostMirrors))) {
   for (const Material& material : world.materials()) {
-    const bool reflects = !material.angle_factor.empty() ||
-                          std::any_of(material.emissivity.begin(), material.emissivity.end(), [](double e) { return e < 1; });
+    const bool reflects =
+        !material.angle_factor.empty() ||
+        std::any_of(material.emissivity.begin(), material.emissivity.end(), [](double e) { return e < 1; });
     mirror_.push_back(reflects && material.specular > 0 && !(material.roughness > 0));
     by_angle_ = by_angle_ || !material.angle_factor.empty();
   }
@@ -101,7 +102,8 @@ Criterion SpotQuery::Search::look(const Looking& looking, std::size_t at) {
   }
   double slack = slack_;
   for (const Ray& ray : looking.spot.corners) {
-    slack = std::max(slack, slack_ + 16 * std::numeric_limits<double>::epsilon() * (ray.origin - index_->origin()).length());
+    slack = std::max(slack,
+                     slack_ + 16 * std::numeric_limits<double>::epsilon() * (ray.origin - index_->origin()).length());
   }
   const Region region(looking.spot, index_->origin(), slack, looking.mirror ? &*looking.mirror : nullptr);
   unsure_ = 8 * std::numeric_limits<double>::epsilon() * (index_->reach() + region.eye().length());
@@ -171,7 +173,8 @@ HalfSpace SpotQuery::Search::through_edge(const Region& region, const Vec3d& a, 
   return {n / length, -(n / length).dot(a)};
 }
 
-bool SpotQuery::Search::continues(const HalfSpace& edge, double from_side, std::uint32_t object, std::uint32_t side, double noise) const noexcept {
+bool SpotQuery::Search::continues(const HalfSpace& edge, double from_side, std::uint32_t object, std::uint32_t side,
+                                  double noise) const noexcept {
   const std::array<Vec3d, 3> p = index_->corners(object, side / 3);
   if (!((p[1] - p[0]).cross(p[2] - p[0]).length2() > 0) || permeable(object, side / 3)) return false;
   const double height = edge.height(p[(side % 3 + 2) % 3]);
@@ -205,7 +208,9 @@ Criterion SpotQuery::Search::flood(const Region& region, const Looking& looking,
     for (std::size_t i = 0; i < part.size; ++i) {
       deepest = std::max(deepest, region.height(part.corners[i]));
       // What reaches back to where the rays begin may be behind some of them.
-      if (region.height(part.corners[i]) <= 0 || (region.mirrored() && region.start().height(part.corners[i]) <= unsure_)) covered_ = false;
+      if (region.height(part.corners[i]) <= 0 ||
+          (region.mirrored() && region.start().height(part.corners[i]) <= unsure_))
+        covered_ = false;
     }
     // Where an edge is in the spot, the surface must go on behind it, away from this face.
     for (std::size_t i = 0; i < part.size; ++i) {
@@ -325,8 +330,8 @@ Criterion SpotQuery::Search::search_all(const Region& region, const Looking& loo
   return found;
 }
 
-Criterion SpotQuery::Search::see(const Region& region, const Looking& looking, FaceId id, const std::array<Vec3d, 3>& p, const Vec3d& normal,
-                                 const Fragment& part, Level& level) {
+Criterion SpotQuery::Search::see(const Region& region, const Looking& looking, FaceId id, const std::array<Vec3d, 3>& p,
+                                 const Vec3d& normal, const Fragment& part, Level& level) {
   const Object& object = index_->objects()[id.surface];
   const std::size_t slot = slot_of(id.surface, id.face);
   Sight sight;
@@ -352,7 +357,8 @@ Criterion SpotQuery::Search::see(const Region& region, const Looking& looking, F
     }
   }
 
-  sight.radiance_given = !back && std::any_of(object.radiance.begin(), object.radiance.end(), [](const auto& given) { return given.has_value(); });
+  sight.radiance_given = !back && std::any_of(object.radiance.begin(), object.radiance.end(),
+                                              [](const auto& given) { return given.has_value(); });
   const Mesh& mesh = *object.mesh;
   sight.K_low = sight.K_high = back ? 0.0 : object.K[slot];
   if (!back && asked_.temperature_K && (!mesh.vertex_K.empty() || !mesh.face_K.empty())) {
@@ -385,7 +391,8 @@ Criterion SpotQuery::Search::see(const Region& region, const Looking& looking, F
   Looking reflected;
   const HalfSpace plane{sight.normal, -sight.normal.dot(p[0])};
   for (const Looking& known : level.mirrors) {
-    if (known.flat && (known.mirror->normal - plane.normal).length() < 1e-12 && std::abs(known.mirror->offset - plane.offset) < unsure_) {
+    if (known.flat && (known.mirror->normal - plane.normal).length() < 1e-12 &&
+        std::abs(known.mirror->offset - plane.offset) < unsure_) {
       return found;
     }
   }

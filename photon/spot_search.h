@@ -26,7 +26,7 @@ class SpotQuery::Search {
   /// Rays that are looked along, with where they come from.
   struct Looking {
     Spot spot;
-    Ray middle;                       // one of them
+    Ray middle;  // one of them
     bool has_middle = true;
     FaceId from;                      // what they start on
     std::optional<HalfSpace> mirror;  // where they start
@@ -39,9 +39,9 @@ class SpotQuery::Search {
   /// A face in front of all of whose part of the spot nothing has been found yet.
   struct Cover {
     std::uint32_t face;
-    HalfSpace plane;                 // inside: in front
+    HalfSpace plane;  // inside: in front
     std::array<Vec3d, 3> corners;
-    double tie;                      // m: nearer to the plane than this, the lower name is met
+    double tie;  // m: nearer to the plane than this, the lower name is met
   };
   /// Faces that a search has been at; forgotten at once.
   class Visited {
@@ -67,13 +67,14 @@ class SpotQuery::Search {
   bool permeable(std::uint32_t object, std::uint32_t face) const noexcept;
   std::size_t slot_of(std::uint32_t object, std::uint32_t face) const noexcept;
   /// Adds a face of a mesh whose part in the region is given.
-  Criterion see(const Region& region, const Looking& looking, FaceId id, const std::array<Vec3d, 3>& corners, const Vec3d& normal,
-                const Fragment& part, Level& level);
+  Criterion see(const Region& region, const Looking& looking, FaceId id, const std::array<Vec3d, 3>& corners,
+                const Vec3d& normal, const Fragment& part, Level& level);
   /// Adds a ball if it is in the region. Sets limit_ where it covers all of it.
   Criterion see(const Region& region, const Ball& ball, Level& level);
   Criterion add_discs(const Region& region, Level& level);
   bool hidden(const Region& region, FaceId id, const Fragment& part) const noexcept;
-  bool continues(const HalfSpace& edge, double from_side, std::uint32_t object, std::uint32_t side, double noise) const noexcept;
+  bool continues(const HalfSpace& edge, double from_side, std::uint32_t object, std::uint32_t side,
+                 double noise) const noexcept;
   HalfSpace through_edge(const Region& region, const Vec3d& a, const Vec3d& b) const noexcept;
   bool mirrors(int material) const noexcept { return material >= 0 && mirror_[static_cast<std::size_t>(material)]; }
   Criterion add_mirror(Level& level, const Looking& mirrored);
@@ -83,10 +84,10 @@ class SpotQuery::Search {
   SpotThresholds asked_;
   const FaceIndex* index_ = nullptr;  // none: no surfaces
   double slack_ = 0;
-  double unsure_ = 0;            // m by which positions may be rounded
-  std::vector<char> mirror_;     // per material
-  bool by_angle_ = false;        // a material's emissivity depends on it
-  std::size_t depth_ = 0;        // of mirrors
+  double unsure_ = 0;         // m by which positions may be rounded
+  std::vector<char> mirror_;  // per material
+  bool by_angle_ = false;     // a material's emissivity depends on it
+  std::size_t depth_ = 0;     // of mirrors
   std::vector<Level> levels_;
 
   Visited visited_;
@@ -94,11 +95,11 @@ class SpotQuery::Search {
   std::vector<std::uint32_t> queue_;
   std::vector<Cover> cover_;
   std::uint32_t cover_surface_ = FaceId::kNone;
-  bool cover_known_ = false;     // cover_ holds all of it
+  bool cover_known_ = false;  // cover_ holds all of it
   bool covered_ = false;
   std::optional<HalfSpace> front_;  // what is outside of it is hidden
-  double limit_ = kInfinity;     // m along the axis: what is farther is hidden
-  int faces_ = 0;                // looked at
+  double limit_ = kInfinity;        // m along the axis: what is farther is hidden
+  int faces_ = 0;                   // looked at
 };
 
 }  // namespace obscura

@@ -53,19 +53,22 @@ Criterion Seen::add_sky() {
   sky_ = true;
   ++others_;
   const auto reached = [&](const std::optional<int>& threshold, std::size_t faces) {
-    return threshold && *threshold >= 2 && faces + static_cast<std::size_t>(others_) >= static_cast<std::size_t>(*threshold);
+    return threshold && *threshold >= 2 &&
+           faces + static_cast<std::size_t>(others_) >= static_cast<std::size_t>(*threshold);
   };
   if (reached(asked_.polygons, kinds_.size())) return Criterion::polygons;
   if (reached(asked_.polygons_strict, static_cast<std::size_t>(faces_))) return Criterion::polygons;
-  if (asked_.materials && *asked_.materials >= 2 && static_cast<int>(materials_.size()) + 1 >= *asked_.materials) return Criterion::materials;
+  if (asked_.materials && *asked_.materials >= 2 && static_cast<int>(materials_.size()) + 1 >= *asked_.materials)
+    return Criterion::materials;
   return Criterion::none;
 }
 
 Criterion Seen::add_disc() {
   ++others_;
   const int kinds = static_cast<int>(kinds_.size()) + others_;
-  const bool met = (asked_.polygons && *asked_.polygons >= 2 && kinds >= *asked_.polygons) ||
-                   (asked_.polygons_strict && *asked_.polygons_strict >= 2 && faces_ + others_ >= *asked_.polygons_strict);
+  const bool met =
+      (asked_.polygons && *asked_.polygons >= 2 && kinds >= *asked_.polygons) ||
+      (asked_.polygons_strict && *asked_.polygons_strict >= 2 && faces_ + others_ >= *asked_.polygons_strict);
   return met ? Criterion::polygons : Criterion::none;
 }
 
@@ -78,14 +81,17 @@ bool Seen::apart(const Normal& a, const Normal& b, double angle, double chord2) 
 bool Seen::new_kind(const Sight& sight) {
   for (const Kind& kind : kinds_) {
     if (kind.surface != sight.surface || kind.material != sight.material) continue;
-    if (asked_.temperature_K && (kind.radiance_given != sight.radiance_given ||
-                                 (!sight.radiance_given && std::max(kind.K_high, sight.K_high) - std::min(kind.K_low, sight.K_low) > *asked_.temperature_K))) {
+    if (asked_.temperature_K &&
+        (kind.radiance_given != sight.radiance_given ||
+         (!sight.radiance_given &&
+          std::max(kind.K_high, sight.K_high) - std::min(kind.K_low, sight.K_low) > *asked_.temperature_K))) {
       continue;
     }
     if (asked_.normal && apart(kind.normal, {sight.normal, sight.curl}, *asked_.normal, chord2_)) continue;
     return false;
   }
-  kinds_.push_back({sight.surface, sight.material, {sight.normal, sight.curl}, sight.K_low, sight.K_high, sight.radiance_given});
+  kinds_.push_back(
+      {sight.surface, sight.material, {sight.normal, sight.curl}, sight.K_low, sight.K_high, sight.radiance_given});
   return true;
 }
 
@@ -125,7 +131,8 @@ bool Seen::temperatures_differ(const Sight& sight) {
 }
 
 bool Seen::emissivities_differ(const Sight& sight) {
-  const Material* material = sight.material >= 0 ? &world_.materials()[static_cast<std::size_t>(sight.material)] : nullptr;
+  const Material* material =
+      sight.material >= 0 ? &world_.materials()[static_cast<std::size_t>(sight.material)] : nullptr;
   const bool by_angle = material && !material->angle_factor.empty();
   if (!by_angle && sight.material == last_plain_material_) return false;
   if (!by_angle) last_plain_material_ = sight.material;
@@ -147,7 +154,8 @@ bool Seen::emissivities_differ(const Sight& sight) {
 
 Criterion Seen::add(const Sight& sight) {
   ++faces_;
-  if (asked_.polygons && new_kind(sight) && static_cast<int>(kinds_.size()) + others_ >= *asked_.polygons) return Criterion::polygons;
+  if (asked_.polygons && new_kind(sight) && static_cast<int>(kinds_.size()) + others_ >= *asked_.polygons)
+    return Criterion::polygons;
   if (asked_.polygons_strict && faces_ + others_ >= *asked_.polygons_strict) return Criterion::polygons;
   if (asked_.materials && std::find(materials_.begin(), materials_.end(), sight.material) == materials_.end()) {
     materials_.push_back(sight.material);

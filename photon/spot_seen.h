@@ -13,12 +13,12 @@ namespace obscura::detail {
 /// A face, or the part of it in the spot.
 struct Sight {
   std::uint32_t surface = 0;
-  int material = 0;            ///< of the World, or one of those below
-  Vec3d normal{0, 0, 1};       ///< unit, on the side that is seen
-  double curl = 0;             ///< radians by which normals differ from it
-  double near = 0, far = 0;    ///< m along rays
+  int material = 0;          ///< of the World, or one of those below
+  Vec3d normal{0, 0, 1};     ///< unit, on the side that is seen
+  double curl = 0;           ///< radians by which normals differ from it
+  double near = 0, far = 0;  ///< m along rays
   double K_low = 0, K_high = 0;
-  bool radiance_given = false; ///< in place of a temperature
+  bool radiance_given = false;           ///< in place of a temperature
   double angle_low = 0, angle_high = 0;  ///< radians between rays and normal
 
   static constexpr int kBack = -1;  ///< the absorbing side of a one-sided face

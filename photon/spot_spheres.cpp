@@ -17,7 +17,8 @@ Criterion SpotQuery::Search::see(const Region& region, const Ball& ball, Level& 
   const double beside = region.distance_to(ball.center);
   if (beside > r + slack) return Criterion::none;
   if (region.mirrored() && region.start().height(ball.center) < -r - slack) return Criterion::none;
-  if (region.height(ball.center) + r < -slack || region.height(ball.center) - r > limit_ + slack) return Criterion::none;
+  if (region.height(ball.center) + r < -slack || region.height(ball.center) - r > limit_ + slack)
+    return Criterion::none;
 
   Sight sight;
   sight.surface = ball.surface;
@@ -32,7 +33,9 @@ Criterion SpotQuery::Search::see(const Region& region, const Ball& ball, Level& 
     const Object& o = index_->objects()[ball.surface];
     if (inside && !o.double_sided) sight.material = Sight::kBack;
     sight.K_low = sight.K_high = sight.material == Sight::kBack ? 0.0 : o.K[0];
-    sight.radiance_given = sight.material != Sight::kBack && std::any_of(o.radiance.begin(), o.radiance.end(), [](const auto& given) { return given.has_value(); });
+    sight.radiance_given =
+        sight.material != Sight::kBack &&
+        std::any_of(o.radiance.begin(), o.radiance.end(), [](const auto& given) { return given.has_value(); });
   }
 
   // A convex body that the edges of the spot meet is met by all of its rays.
@@ -54,7 +57,8 @@ Criterion SpotQuery::Search::see(const Region& region, const Ball& ball, Level& 
     const double cosine = std::sqrt(std::max(0.0, 1 - (inside ? d * d : farthest_off * farthest_off) / (r * r)));
     const auto entry = [&](double off) {
       const double height2 = std::max(0.0, r * r - off * off);
-      return region.central() ? std::sqrt(std::max(0.0, d * d - off * off)) - std::sqrt(height2) : region.height(ball.center) - std::sqrt(height2);
+      return region.central() ? std::sqrt(std::max(0.0, d * d - off * off)) - std::sqrt(height2)
+                              : region.height(ball.center) - std::sqrt(height2);
     };
     if (!inside) {
       sight.near = std::max(0.0, entry(beside));
@@ -67,7 +71,8 @@ Criterion SpotQuery::Search::see(const Region& region, const Ball& ball, Level& 
     // Of the middle ray.
     const double along = to_center.dot(region.axis());
     const double off = (to_center - along * region.axis()).length();
-    const double t = inside ? along + std::sqrt(r * r - off * off) : along - std::sqrt(std::max(0.0, r * r - off * off));
+    const double t =
+        inside ? along + std::sqrt(r * r - off * off) : along - std::sqrt(std::max(0.0, r * r - off * off));
     sight.normal = (region.eye() + t * region.axis() - ball.center).normalized();
     if (inside) sight.normal = -sight.normal;
     if (!(object && permeable(ball.surface, 0)) && sight.far < limit_) {
@@ -84,8 +89,9 @@ Criterion SpotQuery::Search::see(const Region& region, const Ball& ball, Level& 
   // turn by at most `turn` from the middle's.
   double half = 0;
   for (std::size_t i = 0; i < 4; ++i) {
-    half = std::max(half, region.central() ? 2 * std::asin(std::min(1.0, 0.5 * (region.edge(i) - region.axis()).length()))
-                                           : (region.edge_start(i) - region.eye()).length());
+    half =
+        std::max(half, region.central() ? 2 * std::asin(std::min(1.0, 0.5 * (region.edge(i) - region.axis()).length()))
+                                        : (region.edge_start(i) - region.eye()).length());
   }
   const double patch = r * stretch * half;
   const double turn = 1.01 * (2 * stretch * half + (region.central() ? half : 0.0)) + 1e-9;
@@ -98,7 +104,8 @@ Criterion SpotQuery::Search::see(const Region& region, const Ball& ball, Level& 
   constexpr std::array<std::array<double, 2>, 4> kAround{{{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}};
   for (std::size_t i = 0; i < 4; ++i) {
     const double wide = std::tan(turn);
-    reflected.spot.corners[i] = {apex, (way + wide * (kAround[i][0] * a + kAround[i][1] * b)).normalized(), 0, kInfinity};
+    reflected.spot.corners[i] = {apex, (way + wide * (kAround[i][0] * a + kAround[i][1] * b)).normalized(), 0,
+                                 kInfinity};
   }
   reflected.middle = {point + index_->origin(), way, world_.surfaces().clearance(), kInfinity};
   reflected.from = {ball.surface, 0};
@@ -111,7 +118,9 @@ Criterion SpotQuery::Search::add_discs(const Region& region, Level& level) {
   for (const Sun& sun : world_.suns()) {
     if (!(sun.diameter > 0)) continue;
     const double radius = std::sin(std::min(0.5 * kPi, 0.5 * sun.diameter));
-    if (region.bounded() && (sun.toward.dot(region.axis()) < 0 || region.distance_to(region.eye() + sun.toward) > radius)) continue;
+    if (region.bounded() &&
+        (sun.toward.dot(region.axis()) < 0 || region.distance_to(region.eye() + sun.toward) > radius))
+      continue;
     bool whole = region.bounded();
     for (std::size_t i = 0; i < 4 && whole; ++i) whole = sun.covers(region.edge(i));
     if (whole) continue;

@@ -9,7 +9,8 @@ namespace {
 std::vector<Vec3d> corners_of(const Box3d& box, const Affine& map) {
   std::vector<Vec3d> corners;
   for (int k = 0; k < 8; ++k) {
-    corners.push_back(transform_point(map, {k & 1 ? box.max.x : box.min.x, k & 2 ? box.max.y : box.min.y, k & 4 ? box.max.z : box.min.z}));
+    corners.push_back(transform_point(
+        map, {k & 1 ? box.max.x : box.min.x, k & 2 ? box.max.y : box.min.y, k & 4 ? box.max.z : box.min.z}));
   }
   return corners;
 }
@@ -24,7 +25,9 @@ Box3d box_of(const Object& object) {
 /// The corners of everything but one object.
 std::vector<Vec3d> all_corners(const World& world, const View& view, std::size_t but) {
   std::vector<Vec3d> points = view.origins;
-  const auto append = [&points](const std::vector<Vec3d>& more) { points.insert(points.end(), more.begin(), more.end()); };
+  const auto append = [&points](const std::vector<Vec3d>& more) {
+    points.insert(points.end(), more.begin(), more.end());
+  };
   for (int c = 0; c < world.cloud_count(); ++c) append(detail::corners_of(world, c));
   for (std::size_t o = 0; o < world.objects().size(); ++o) {
     const Object& object = world.objects()[o];
@@ -103,7 +106,8 @@ double reach(const World& world, const View& view) {
 bool sees_disc(const View& view, const Sun& sun) {
   if (!(sun.diameter > 0)) return false;  // rays miss points
   const double sine = std::sin(std::min(0.5 * sun.diameter, 0.5 * kPi)) + 1e-6;
-  return std::all_of(view.sides.begin(), view.sides.end(), [&](const HalfSpace& side) { return sun.toward.dot(side.inward) >= -sine; });
+  return std::all_of(view.sides.begin(), view.sides.end(),
+                     [&](const HalfSpace& side) { return sun.toward.dot(side.inward) >= -sine; });
 }
 
 bool shaded(const World& world, const View& view, const Sun& sun) {
@@ -128,7 +132,8 @@ bool shaded(const World& world, const View& view, const Sun& sun) {
       // Distances from the sides, from the foot's shares of them.
       const double u = foot.cross(sheet->side_v).dot(normal) / across.length();
       const double v = sheet->side_u.cross(foot).dot(normal) / across.length();
-      const double height_u = across.length() / sheet->side_v.length(), height_v = across.length() / sheet->side_u.length();
+      const double height_u = across.length() / sheet->side_v.length(),
+                   height_v = across.length() / sheet->side_u.length();
       return std::min(u, 1 - u) * height_u > spread && std::min(v, 1 - v) * height_v > spread;
     });
     if (all) return true;

@@ -18,8 +18,8 @@ double irradiance(const World& world, int interval) noexcept {
 
 }  // namespace
 
-void sunlit_shares(const World& world, std::uint64_t seed, std::span<const Ray> rays, std::span<const std::uint64_t> histories,
-                   std::span<float> shares) {
+void sunlit_shares(const World& world, std::uint64_t seed, std::span<const Ray> rays,
+                   std::span<const std::uint64_t> histories, std::span<float> shares) {
   std::fill(shares.begin(), shares.end(), 0.0f);
   int brightest = 0;
   for (int i = 1; i < world.interval_count(); ++i) {

@@ -15,10 +15,14 @@ constexpr double kLeastCover = 0.02;
 /// Share of the kernel within u = (distance / radius)^2.
 double mass_within(Kernel kernel, double u) noexcept {
   switch (kernel) {
-    case Kernel::constant: return u;
-    case Kernel::epanechnikov: return u * (2 - u);
-    case Kernel::cone: return u * (3 - 2 * std::sqrt(u));
-    case Kernel::gaussian: return std::expm1(-kGaussianExponent * u) / std::expm1(-kGaussianExponent);
+    case Kernel::constant:
+      return u;
+    case Kernel::epanechnikov:
+      return u * (2 - u);
+    case Kernel::cone:
+      return u * (3 - 2 * std::sqrt(u));
+    case Kernel::gaussian:
+      return std::expm1(-kGaussianExponent * u) / std::expm1(-kGaussianExponent);
   }
   return 0;
 }
@@ -47,10 +51,14 @@ Points make_points(Kernel kernel) noexcept {
 double disc_kernel(Kernel kernel, double u) noexcept {
   const double shape = u < 1 ? kernel_shape(kernel, u) : 0.0;
   switch (kernel) {
-    case Kernel::constant: return shape / kPi;
-    case Kernel::epanechnikov: return 2 * shape / kPi;
-    case Kernel::cone: return 3 * shape / kPi;
-    case Kernel::gaussian: return shape * -2 / (kPi * std::expm1(-kGaussianExponent));
+    case Kernel::constant:
+      return shape / kPi;
+    case Kernel::epanechnikov:
+      return 2 * shape / kPi;
+    case Kernel::cone:
+      return 3 * shape / kPi;
+    case Kernel::gaussian:
+      return shape * -2 / (kPi * std::expm1(-kGaussianExponent));
   }
   return 0;
 }
@@ -76,8 +84,8 @@ bool in_sight(const World& world, const SurfacePoint& at, const Vec3d& place, co
   return !(distance > 0) || !world.surfaces().occluded({from, way / distance, 0, distance});
 }
 
-DiscCover disc_cover(const World& world, int interval, const SurfacePoint& at, double radius, Kernel kernel,
-                     bool flat, const Vec3d& key) noexcept {
+DiscCover disc_cover(const World& world, int interval, const SurfacePoint& at, double radius, Kernel kernel, bool flat,
+                     const Vec3d& key) noexcept {
   const Rotation turn = rotation_at(key, 0);
   const double angle = std::atan2(turn.x.y, turn.x.x);
   const auto [a, b] = orthonormal_basis(at.normal);

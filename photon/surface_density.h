@@ -23,8 +23,8 @@ struct DiscCover {
   double inner = 0;  ///< under that of radius / sqrt 2
 };
 /// @param flat  no face stands up in the disc
-DiscCover disc_cover(const World& world, int interval, const SurfacePoint& at, double radius, Kernel kernel,
-                     bool flat, const Vec3d& key) noexcept;
+DiscCover disc_cover(const World& world, int interval, const SurfacePoint& at, double radius, Kernel kernel, bool flat,
+                     const Vec3d& key) noexcept;
 
 /// Whether a place near a surface point, on a side with this normal, belongs to the same side.
 bool same_side(const SurfacePoint& at, double radius, const Vec3d& place, const Vec3d& normal) noexcept;

@@ -27,8 +27,8 @@ double ball_distance(const Ray& ray, const Ball& ball, bool on_it) noexcept {
   const double c = to_origin.dot(to_origin) - ball.radius * ball.radius;
   double t = kInfinity;
   // What starts on the sphere but for rounding and goes outward leaves it.
-  const double rounding = 16 * std::numeric_limits<double>::epsilon() * ball.radius *
-                          (ray.origin.length() + ball.center.length());
+  const double rounding =
+      16 * std::numeric_limits<double>::epsilon() * ball.radius * (ray.origin.length() + ball.center.length());
   if (b <= 0 && c >= -rounding) return kInfinity;
   if (on_it) {
     t = b + root;  // across the inside, if it goes there at all
@@ -53,9 +53,9 @@ struct Surfaces::Scene {
   std::vector<Affine> to_scene;  // per object: from its own metres to metres about the local origin
   std::vector<Ball> balls;
   Vec3d origin{0, 0, 0};
-  Box3d bounds;     // about the local origin
-  double pad = 0;   // m: what float rounds away
-  double tie = 0;   // m: hits nearer to one another than this are at the same distance
+  Box3d bounds;    // about the local origin
+  double pad = 0;  // m: what float rounds away
+  double tie = 0;  // m: hits nearer to one another than this are at the same distance
   mutable std::once_flag index_once;
   mutable std::unique_ptr<FaceIndex> index;
 
@@ -84,7 +84,7 @@ namespace {
 struct Query {
   RTCIntersectContext context;  // first: Embree hands back a pointer to it
   const void* scene;
-  Ray ray;       // about the local origin
+  Ray ray;  // about the local origin
   FaceId from;
   double shift;  // m along the ray, to where Embree's starts
   double pad, tie;
@@ -242,14 +242,15 @@ Surfaces::Surfaces(std::span<const Object> objects, std::span<const HotSphere> s
       faces += object.mesh->faces.size();
     } else {
       const double scale = std::cbrt(std::abs(linear_determinant(object.local_to_world)));
-      scene->balls.push_back({transform_point(scene->to_scene[i], Vec3d(0)), object.radius * scale,
-                              static_cast<std::uint32_t>(i), true});
+      scene->balls.push_back(
+          {transform_point(scene->to_scene[i], Vec3d(0)), object.radius * scale, static_cast<std::uint32_t>(i), true});
     }
   }
   for (std::size_t s = 0; s < spheres.size(); ++s) {
     const HotSphere& sphere = spheres[s];
     extend({sphere.center - Vec3d(sphere.radius), sphere.center + Vec3d(sphere.radius)});
-    scene->balls.push_back({sphere.center - origin, sphere.radius, static_cast<std::uint32_t>(objects.size() + s), false});
+    scene->balls.push_back(
+        {sphere.center - origin, sphere.radius, static_cast<std::uint32_t>(objects.size() + s), false});
   }
   if (scene->bounds.isEmpty()) return;
   for (int axis = 0; axis < 3; ++axis) {
@@ -383,18 +384,19 @@ bool any_face(RTCScene scene, const Vec3d& p, double radius, const Found& found)
     const Found* found;
     bool yes = false;
   } search{&found};
-  rtcPointQuery(scene, &query, &context,
-                [](RTCPointQueryFunctionArguments* args) {
-                  auto& asked = *static_cast<Search*>(args->userPtr);
-                  const bool instance = args->context->instStackSize > 0;
-                  if (!asked.yes && !(*asked.found)(instance ? args->context->instID[0] : FaceId::kNone, args->primID)) {
-                    return false;
-                  }
-                  asked.yes = true;
-                  args->query->radius = 0;  // no need to look on
-                  return true;
-                },
-                &search);
+  rtcPointQuery(
+      scene, &query, &context,
+      [](RTCPointQueryFunctionArguments* args) {
+        auto& asked = *static_cast<Search*>(args->userPtr);
+        const bool instance = args->context->instStackSize > 0;
+        if (!asked.yes && !(*asked.found)(instance ? args->context->instID[0] : FaceId::kNone, args->primID)) {
+          return false;
+        }
+        asked.yes = true;
+        args->query->radius = 0;  // no need to look on
+        return true;
+      },
+      &search);
   return search.yes;
 }
 

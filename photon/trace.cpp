@@ -1,11 +1,11 @@
 #include "photon/trace.h"
 
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
+
 #include <algorithm>
 #include <atomic>
 #include <numeric>
-
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_sort.h>
 
 #include "octree/base/low_discrepancy.h"
 #include "octree/base/random.h"
@@ -91,9 +91,16 @@ class Chunk {
  public:
   Chunk(const World& world, const PhotonEmitter& emitter, const TraceSettings& settings,
         std::span<const FluxRectangle> rectangles, std::size_t batch, ChunkResult& result)
-      : world_(world), interval_(emitter.interval()), focus_(emitter.focus()), settings_(settings),
-        rectangles_(rectangles), batch_(batch), air_(world.air_extinction(interval_)),
-        attenuates_(world.attenuates(interval_)), masked_(!world.surfaces().empty()), result_(result) {}
+      : world_(world),
+        interval_(emitter.interval()),
+        focus_(emitter.focus()),
+        settings_(settings),
+        rectangles_(rectangles),
+        batch_(batch),
+        air_(world.air_extinction(interval_)),
+        attenuates_(world.attenuates(interval_)),
+        masked_(!world.surfaces().empty()),
+        result_(result) {}
 
   /// Follows them to their ends.
   void run(std::vector<History> active) {

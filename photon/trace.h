@@ -40,21 +40,21 @@ struct FluxTally {
 };
 
 struct TraceResult {
-  std::vector<Photon> photons;    ///< at collisions, in the order of batch, then emission
+  std::vector<Photon> photons;          ///< at collisions, in the order of batch, then emission
   std::vector<Photon> surface_photons;  ///< at surfaces that reflect, likewise
   EnergyTally energy;
-  std::vector<FluxTally> flux;    ///< one per rectangle
-  std::uint64_t emitted = 0;      ///< number of photons
+  std::vector<FluxTally> flux;  ///< one per rectangle
+  std::uint64_t emitted = 0;    ///< number of photons
   WorkCounts work;
-  double dropped_W = 0;           ///< power of what was not stored, below photon_power_min
-  std::uint64_t anomalies = 0;    ///< non-finite or impossible values met (and left out)
-  bool partial = false;           ///< cancelled before the end
+  double dropped_W = 0;         ///< power of what was not stored, below photon_power_min
+  std::uint64_t anomalies = 0;  ///< non-finite or impossible values met (and left out)
+  bool partial = false;         ///< cancelled before the end
 };
 
-/// Traces the emitter's spectral interval (`settings.sources` have been chosen with it). The same bits for any number of threads.
+/// Traces the emitter's spectral interval (`settings.sources` have been chosen with it). The same bits for any number
+/// of threads.
 TraceResult trace_photons(const World& world, const PhotonEmitter& emitter, const TraceSettings& settings,
-                          std::span<const FluxRectangle> rectangles = {},
-                          const Progress& progress = {});
+                          std::span<const FluxRectangle> rectangles = {}, const Progress& progress = {});
 
 inline TraceResult trace_photons(const World& world, int interval, const TraceSettings& settings,
                                  std::span<const FluxRectangle> rectangles = {}, const Progress& progress = {}) {

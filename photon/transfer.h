@@ -10,9 +10,7 @@ namespace obscura {
 inline double one_minus_exp(double tau) noexcept { return -std::expm1(-tau); }
 
 /// (1 - e^-tau) / tau: transmission averaged over the way; 1 at tau = 0, 0 at infinity.
-inline double mean_transmission(double tau) noexcept {
-  return tau > 0 ? -std::expm1(-tau) / tau : 1.0;
-}
+inline double mean_transmission(double tau) noexcept { return tau > 0 ? -std::expm1(-tau) / tau : 1.0; }
 
 /// Integral of e^(-k s) over s from 0 to `length`, metres: what a source of 1 W/m3/sr at constant
 /// extinction k (1/m, >= 0) adds to the radiance at the near end. Right for k = 0 (the length

@@ -28,16 +28,19 @@ enum class Work {
   photons_emission,  ///< emitted by clouds
   photons_sun,       ///< and moon
   photons_sky,
-  photons_faces,     ///< by objects
-  photons_spheres,   ///< hot spheres and particles
+  photons_faces,    ///< by objects
+  photons_spheres,  ///< hot spheres and particles
   photons_beams,
-  collisions,        ///< of photons in clouds
+  collisions,  ///< of photons in clouds
 };
 
 inline constexpr std::array<std::string_view, 22> kWorkNames = {
-    "extinction", "emission", "scattering", "map",        "gather",     "masking",          "surfaces",    "specular",
-    "sun",        "sky",      "faces",      "spheres",    "beams",      "atmosphere",       "spectral",    "photons_emission",
-    "photons_sun", "photons_sky", "photons_faces", "photons_spheres", "photons_beams", "collisions"};
+    "extinction",    "emission",    "scattering",    "map",
+    "gather",        "masking",     "surfaces",      "specular",
+    "sun",           "sky",         "faces",         "spheres",
+    "beams",         "atmosphere",  "spectral",      "photons_emission",
+    "photons_sun",   "photons_sky", "photons_faces", "photons_spheres",
+    "photons_beams", "collisions"};
 static_assert(kWorkNames.size() == static_cast<std::size_t>(Work::collisions) + 1);
 
 class WorkCounts {

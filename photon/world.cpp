@@ -23,8 +23,7 @@ double longest_side(const Cloud& cloud, int level) noexcept {
 CloudFrame make_frame(const Cloud& cloud) {
   CloudFrame frame;
   if (!(std::abs(linear_determinant(cloud.local_to_world)) > 0)) {
-    throw InputError("cloud \"" + cloud.name + "\"", "its placement has no volume",
-                     "give a scale greater than 0");
+    throw InputError("cloud \"" + cloud.name + "\"", "its placement has no volume", "give a scale greater than 0");
   }
   if (cloud.octree->channel_count() > Cloud::kMaxChannels) {
     throw InputError("cloud \"" + cloud.name + "\"", std::to_string(cloud.octree->channel_count()) + " channels",
@@ -35,8 +34,7 @@ CloudFrame make_frame(const Cloud& cloud) {
   frame.world_to_index = frame.world_to_local * frame.local_to_index;
   const Box3i domain = cloud.octree->domain();
   if (!domain.isEmpty()) {
-    frame.local_bounds =
-        transform_box(cloud.octree->index_to_local(), Box3d(Vec3d(domain.min), Vec3d(domain.max)));
+    frame.local_bounds = transform_box(cloud.octree->index_to_local(), Box3d(Vec3d(domain.min), Vec3d(domain.max)));
   }
   frame.period_m = cloud.period_m;
   frame.voxel_m = longest_side(cloud, 0);
@@ -81,7 +79,8 @@ constexpr double kThick = 100;
 /// The longest side of a cloud's leaves in the world, of bricks at least, m.
 double largest_leaf(const Cloud& cloud) noexcept {
   int level = 3;
-  for (std::uint32_t i = 0; i < cloud.octree->block_count(); ++i) level = std::max(level, cloud.octree->block(i).cell.level);
+  for (std::uint32_t i = 0; i < cloud.octree->block_count(); ++i)
+    level = std::max(level, cloud.octree->block(i).cell.level);
   return longest_side(cloud, level);
 }
 
@@ -89,9 +88,7 @@ double largest_leaf(const Cloud& cloud) noexcept {
 
 CloudOptics::CloudOptics(const Cloud& cloud, const Band& band, int interval, int index)
     : temperature_(cloud.temperature) {
-  const auto at = [index](const std::vector<double>& values) {
-    return values[static_cast<std::size_t>(index)];
-  };
+  const auto at = [index](const std::vector<double>& values) { return values[static_cast<std::size_t>(index)]; };
   weights_.assign(static_cast<std::size_t>(cloud.octree->channel_count()), 0.0);
   bool one_albedo = true;
   for (const Medium& medium : cloud.media) {
@@ -111,8 +108,7 @@ CloudOptics::CloudOptics(const Cloud& cloud, const Band& band, int interval, int
   } else if (band.grey()) {
     temperature_.channel = -1;
   } else if (temperature_.channel < 0) {
-    constant_source_ =
-        temperature_.constant_K > 0 ? band.planck(interval, temperature_.constant_K) : 0.0;
+    constant_source_ = temperature_.constant_K > 0 ? band.planck(interval, temperature_.constant_K) : 0.0;
   } else {
     const Bounds range = cloud.octree->bounds(temperature_.channel);
     const double a = temperature_.scale * range.min + temperature_.offset_K;
@@ -177,8 +173,7 @@ CellRays::CellRays(const CloudFrame& frame, const Ray& world_ray) noexcept : fra
     if (period <= 0) continue;
     const double cell = (local_.at(t_)[axis] - frame.local_bounds.min[axis]) / period;
     // On a border the ray is in the cell that it goes into.
-    cell_[static_cast<std::size_t>(axis)] =
-        local_.direction[axis] < 0 ? std::ceil(cell) - 1 : std::floor(cell);
+    cell_[static_cast<std::size_t>(axis)] = local_.direction[axis] < 0 ? std::ceil(cell) - 1 : std::floor(cell);
   }
 }
 
@@ -204,8 +199,7 @@ std::optional<Ray> CellRays::next() noexcept {
       const double d = local_.direction[a];
       piece.origin[a] -= cell_[axis] * period;
       if (d == 0) continue;
-      const double border =
-          frame_->local_bounds.min[a] + (cell_[axis] + (d > 0 ? 1 : 0)) * period;
+      const double border = frame_->local_bounds.min[a] + (cell_[axis] + (d > 0 ? 1 : 0)) * period;
       const double t = (border - local_.origin[a]) / d;
       if (t < leave) {
         leave = t;
@@ -258,8 +252,7 @@ void World::place_clouds() {
   for (int i = 0; i < interval_count(); ++i) {
     for (const Cloud& cloud : contents_.clouds) {
       const IntervalIndex where = interval(i);
-      optics_.emplace_back(cloud, contents_.bands[static_cast<std::size_t>(where.band)],
-                           where.interval, i);
+      optics_.emplace_back(cloud, contents_.bands[static_cast<std::size_t>(where.band)], where.interval, i);
     }
   }
   // A cloud that does nothing to light has no say in where anything lies: it must not change a bit.
@@ -309,9 +302,8 @@ double World::extinction_in_map(int interval, const Vec3d& point) const noexcept
   for (int c = 0; c < cloud_count(); ++c) {
     const CloudFrame& f = frame(c);
     const Octree& octree = *clouds()[static_cast<std::size_t>(c)].octree;
-    const Vec3d index = f.periodic()
-                            ? transform_point(f.local_to_index, f.wrap(transform_point(f.map_to_local, point)))
-                            : transform_point(f.map_to_index, point);
+    const Vec3d index = f.periodic() ? transform_point(f.local_to_index, f.wrap(transform_point(f.map_to_local, point)))
+                                     : transform_point(f.map_to_index, point);
     for (const CloudOptics::Part& part : optics(c, interval).parts()) {
       extinction += part.extinction * static_cast<double>(octree.value(part.channel, index));
     }
@@ -384,7 +376,8 @@ bool World::has_thick_leaves(int interval) const noexcept {
   double most = 0;
   for (int c = 0; c < cloud_count(); ++c) {
     for (const CloudOptics::Part& part : optics(c, interval).parts()) {
-      most += part.extinction * static_cast<double>(clouds()[static_cast<std::size_t>(c)].octree->bounds(part.channel).max);
+      most +=
+          part.extinction * static_cast<double>(clouds()[static_cast<std::size_t>(c)].octree->bounds(part.channel).max);
     }
   }
   return most * largest_leaf_m_ > kThick;
@@ -411,8 +404,7 @@ double World::background(int interval, const Vec3d& direction, bool discs) const
   return radiance;
 }
 
-void World::optical_depths(int interval, std::span<const Ray> rays,
-                           std::span<double> depths) const {
+void World::optical_depths(int interval, std::span<const Ray> rays, std::span<double> depths) const {
   std::vector<Ray> pieces;
   if (cloud_count() == 1 && !frame(0).periodic()) {
     pieces.resize(rays.size());
@@ -458,8 +450,7 @@ void World::optical_depths(int interval, std::span<const Ray> rays,
   }
 }
 
-void World::reach_depths(int interval, std::span<const Flight> flights,
-                         std::span<FreePath> ends) const {
+void World::reach_depths(int interval, std::span<const Flight> flights, std::span<FreePath> ends) const {
   if (cloud_count() == 1) {
     const Octree& octree = *clouds().front().octree;
     const std::vector<double>& weights = optics(0, interval).extinction_weights();

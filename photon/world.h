@@ -7,14 +7,14 @@
 #include <string>
 #include <vector>
 
-#include "octree/batch_walk.h"
 #include "octree/base/math.h"
 #include "octree/base/random.h"
+#include "octree/batch_walk.h"
 #include "photon/band.h"
 #include "photon/cloud.h"
-#include "photon/object.h"
 #include "photon/face_lights.h"
 #include "photon/material.h"
+#include "photon/object.h"
 #include "photon/surfaces.h"
 
 namespace obscura {
@@ -54,14 +54,14 @@ struct Atmosphere {
 struct WorldContents {
   std::vector<Band> bands;
   std::vector<Cloud> clouds;
-  std::vector<double> sky;            ///< radiance over the full sphere, W/m2/sr; empty: 0
+  std::vector<double> sky;  ///< radiance over the full sphere, W/m2/sr; empty: 0
   std::optional<Sun> sun;
   std::optional<Sun> moon;
   std::optional<Atmosphere> atmosphere;
   std::vector<Material> materials;
   std::vector<Object> objects;
-  std::vector<HotSphere> sources;     ///< hot spheres that light the cloud directly
-  std::vector<HotSphere> particles;   ///< hot spheres whose light is stored from the first collision
+  std::vector<HotSphere> sources;    ///< hot spheres that light the cloud directly
+  std::vector<HotSphere> particles;  ///< hot spheres whose light is stored from the first collision
   std::vector<Beam> beams;
 };
 
@@ -72,9 +72,9 @@ struct CloudFrame {
   Affine world_to_index;
   Affine map_to_local;
   Affine map_to_index;
-  Box3d local_bounds;                  ///< of the octree's domain, in the cloud's own metres
+  Box3d local_bounds;  ///< of the octree's domain, in the cloud's own metres
   std::array<double, 2> period_m{0, 0};
-  double voxel_m = 0;                  ///< longest side of a voxel in the world, m
+  double voxel_m = 0;  ///< longest side of a voxel in the world, m
 
   bool periodic() const noexcept { return period_m[0] > 0 || period_m[1] > 0; }
   /// A point of the cloud's own metres, moved into the first cell.
@@ -212,7 +212,9 @@ class World {
   /// object, W/m2/sr.
   double black_radiance(int interval, const FaceId& face, double u, double v) const noexcept;
   /// Faces of objects that emit.
-  const FaceLights& face_lights(int interval) const noexcept { return face_lights_[static_cast<std::size_t>(interval)]; }
+  const FaceLights& face_lights(int interval) const noexcept {
+    return face_lights_[static_cast<std::size_t>(interval)];
+  }
   /// A surface of an object at any interval reflects.
   bool surfaces_reflect(int interval) const noexcept { return surfaces_reflect_[static_cast<std::size_t>(interval)]; }
 
@@ -235,13 +237,13 @@ class World {
   std::vector<Sun> suns_;
   std::vector<HotSphere> spheres_;
   Surfaces surfaces_;
-  std::vector<MaterialOptics> materials_;               // [interval][material]
-  std::vector<std::size_t> first_slots_;                // of each object, among all objects' slots
+  std::vector<MaterialOptics> materials_;  // [interval][material]
+  std::vector<std::size_t> first_slots_;   // of each object, among all objects' slots
   std::size_t slot_count_ = 0;
-  std::vector<double> black_;                           // [interval][slot], W/m2/sr
-  std::vector<std::optional<PlanckTable>> mesh_planck_; // per interval, where a mesh has temperatures of its own
-  std::vector<FaceLights> face_lights_;                 // per interval
-  std::vector<bool> surfaces_reflect_;                  // per interval
+  std::vector<double> black_;                            // [interval][slot], W/m2/sr
+  std::vector<std::optional<PlanckTable>> mesh_planck_;  // per interval, where a mesh has temperatures of its own
+  std::vector<FaceLights> face_lights_;                  // per interval
+  std::vector<bool> surfaces_reflect_;                   // per interval
   bool permeable_ = false;
   Box3d bounds_;
   Box3d cloud_bounds_;

@@ -1,8 +1,8 @@
 // The World's surfaces: where they are, what they emit and reflect, what a ray meets.
-#include "photon/world.h"
-
 #include <algorithm>
 #include <limits>
+
+#include "photon/world.h"
 
 namespace obscura {
 
@@ -44,14 +44,15 @@ void World::light_surfaces() {
     for (const Material& material : contents_.materials) materials_.emplace_back(material, i);
     mesh_planck_.emplace_back();
     if (warmest > 0 && !band.grey()) {
-      mesh_planck_.back().emplace(band, interval(i).interval, static_cast<double>(coldest), static_cast<double>(warmest));
+      mesh_planck_.back().emplace(band, interval(i).interval, static_cast<double>(coldest),
+                                  static_cast<double>(warmest));
     }
     bool reflect = false;
     for (const Object& object : contents_.objects) {
       const bool given = !object.radiance.empty() && object.radiance[static_cast<std::size_t>(i)];
       for (std::size_t slot = 0; slot < object.materials.size(); ++slot) {
         const double K = object.K[slot];
-        black_.push_back(given ? *object.radiance[static_cast<std::size_t>(i)]
+        black_.push_back(given                   ? *object.radiance[static_cast<std::size_t>(i)]
                          : K > 0 && !band.grey() ? band.planck(interval(i).interval, K)
                                                  : 0.0);
         reflect = reflect || materials_[static_cast<std::size_t>(i) * contents_.materials.size() +
@@ -69,8 +70,7 @@ SurfaceHit World::meet(const Ray& ray, FaceId from, Stream& stream) const noexce
   SurfaceHit hit = surfaces_.intersect(ray, from);
   if (!permeable_) return hit;
   Ray rest = ray;
-  while (hit.exists() && hit.id.surface < objects().size() &&
-         stream.uniform() < material(0, hit.id).permeable()) {
+  while (hit.exists() && hit.id.surface < objects().size() && stream.uniform() < material(0, hit.id).permeable()) {
     rest.t_min = hit.t;
     hit = surfaces_.intersect(rest, hit.id);
   }

@@ -22,7 +22,7 @@ constexpr std::uint64_t kMorePhotons = 8;
 struct Known {
   double noise = 0, bias = 0;  // squares
   double error = 0, low = 0, high = 0;
-  double least_bias = 0;       // square, lower end of its interval
+  double least_bias = 0;  // square, lower end of its interval
 };
 
 Known known_of(const Film& film, const std::vector<std::vector<std::vector<double>>>& bias, double dropped) {
@@ -73,7 +73,8 @@ class Passes {
     accuracy_.image_s += end - lit;
     longest_s = std::max(longest_s, end - start);
     if (accuracy_.recipe.method != MethodKind::path && !pass.film.partial()) {
-      for (int band = 0; band < pass.film.bands(); ++band) bias_[static_cast<std::size_t>(band)].push_back(film_error(pass.film, band).bias);
+      for (int band = 0; band < pass.film.bands(); ++band)
+        bias_[static_cast<std::size_t>(band)].push_back(film_error(pass.film, band).bias);
     }
     if (image) {
       image->film.merge(pass.film);
@@ -116,7 +117,8 @@ std::optional<Recipe> less_biased(const Recipe& recipe, const Description& wish,
 
 }  // namespace
 
-AccurateImage render_to_goal(Session& session, const AccuracyGoal& goal, const RunClock& clock, const Progress& progress) {
+AccurateImage render_to_goal(Session& session, const AccuracyGoal& goal, const RunClock& clock,
+                             const Progress& progress) {
   const Description wish = session.scene();
   AccurateImage result{{Film({wish.sensor.resolution, static_cast<int>(wish.bands.size())}), {}, {}}, {}, {}};
   Accuracy& accuracy = result.accuracy;
@@ -130,7 +132,8 @@ AccurateImage render_to_goal(Session& session, const AccuracyGoal& goal, const R
   passes.begin(pilot.recipe);
   while (accuracy.ended.empty()) {
     const auto foreseen = static_cast<std::uint64_t>(std::max(accuracy.passes + 1, pilot.passes.passes));
-    passes.add(progress.part("pass " + std::to_string(accuracy.passes + 1), static_cast<std::uint64_t>(accuracy.passes), foreseen));
+    passes.add(progress.part("pass " + std::to_string(accuracy.passes + 1), static_cast<std::uint64_t>(accuracy.passes),
+                             foreseen));
     const Known& known = passes.known;
     const double target = goal.target_error.value_or(0);
     if (progress.cancelled()) {

@@ -43,7 +43,12 @@ class MeshCache {
 };
 
 Material make_material(const std::vector<Band>& bands, const MaterialDescription& wish) {
-  return {optical(bands, wish.emissivity), wish.specular, wish.roughness, wish.permeable, wish.angle_deg, wish.angle_factor};
+  return {optical(bands, wish.emissivity),
+          wish.specular,
+          wish.roughness,
+          wish.permeable,
+          wish.angle_deg,
+          wish.angle_factor};
 }
 
 /// What the scene says of a slot; nothing where it does not name it.
@@ -54,7 +59,8 @@ const GroupDescription* group_of(const ObjectDescription& wish, const std::vecto
   return nullptr;
 }
 
-void require_groups(const ObjectDescription& wish, const std::string& pointer, const MeshFile& file, std::vector<Problem>& problems) {
+void require_groups(const ObjectDescription& wish, const std::string& pointer, const MeshFile& file,
+                    std::vector<Problem>& problems) {
   std::set<std::string> known;
   for (const std::vector<std::string>& names : file.slot_names) known.insert(names.begin(), names.end());
   for (const auto& [name, ignored] : wish.groups) {
@@ -69,12 +75,16 @@ void require_groups(const ObjectDescription& wish, const std::string& pointer, c
 /// Per interval, what stands in for Planck's law; empty where nothing does.
 std::vector<std::optional<double>> radiance_of(const Description& scene, const std::vector<Band>& bands,
                                                const ObjectDescription& wish, const Object& object) {
-  const bool has_kelvin = wish.has_kelvin() || (object.mesh && (!object.mesh->face_K.empty() || !object.mesh->vertex_K.empty()));
+  const bool has_kelvin =
+      wish.has_kelvin() || (object.mesh && (!object.mesh->face_K.empty() || !object.mesh->vertex_K.empty()));
   std::vector<std::optional<double>> radiance = per_interval(bands, [&](std::size_t b, int j) -> std::optional<double> {
     switch (emitter(scene, scene.bands[b], has_kelvin, wish.radiance.has_value())) {
-      case Emitter::planck: return std::nullopt;
-      case Emitter::radiance: return bands[b].integrate(j, *wish.radiance);
-      case Emitter::none: break;
+      case Emitter::planck:
+        return std::nullopt;
+      case Emitter::radiance:
+        return bands[b].integrate(j, *wish.radiance);
+      case Emitter::none:
+        break;
     }
     return 0.0;
   });
@@ -106,9 +116,15 @@ void build_surfaces(const Description& scene, WorldContents& contents) {
     object.materials = {material};
     object.K = {wish.K.value_or(0)};
     switch (wish.kind) {
-      case SurfaceKind::plane: object.mesh = std::make_shared<const Mesh>(plane_mesh(wish.plane_m)); break;
-      case SurfaceKind::box: object.mesh = std::make_shared<const Mesh>(box_mesh(wish.box_m)); break;
-      case SurfaceKind::sphere: object.radius = wish.radius_m; break;
+      case SurfaceKind::plane:
+        object.mesh = std::make_shared<const Mesh>(plane_mesh(wish.plane_m));
+        break;
+      case SurfaceKind::box:
+        object.mesh = std::make_shared<const Mesh>(box_mesh(wish.box_m));
+        break;
+      case SurfaceKind::sphere:
+        object.radius = wish.radius_m;
+        break;
       case SurfaceKind::mesh: {
         std::shared_ptr<const MeshFile> file;
         try {

@@ -23,10 +23,14 @@ std::vector<VoxelStream> open_cloud(const CloudDescription& cloud) {
   if (cloud.puffs) return {puffs_stream(*cloud.puffs)};
   const GridDescription& grid = *cloud.grid;
   switch (grid.kind) {
-    case GridKind::sphere: return {sphere_stream(grid.radius_m, grid.voxel_m)};
-    case GridKind::box: return {box_stream(grid.size_m, grid.voxel_m)};
-    case GridKind::gaussian: return {gaussian_stream(grid.sigma_m, grid.size_m, grid.voxel_m)};
-    case GridKind::file: break;
+    case GridKind::sphere:
+      return {sphere_stream(grid.radius_m, grid.voxel_m)};
+    case GridKind::box:
+      return {box_stream(grid.size_m, grid.voxel_m)};
+    case GridKind::gaussian:
+      return {gaussian_stream(grid.sigma_m, grid.size_m, grid.voxel_m)};
+    case GridKind::file:
+      break;
   }
   std::vector<GridRequest> requests;
   std::set<std::string> densities;
@@ -46,12 +50,11 @@ std::vector<VoxelStream> open_cloud(const CloudDescription& cloud) {
   };
   if (temperature.empty()) return streams;
   const auto lone = std::find_if(streams.begin(), streams.end(), [&](const VoxelStream& stream) {
-    return has(stream, temperature) &&
-           std::none_of(stream.channels.begin(), stream.channels.end(),
-                        [&](const std::string& name) { return densities.count(name) > 0; });
+    return has(stream, temperature) && std::none_of(stream.channels.begin(), stream.channels.end(),
+                                                    [&](const std::string& name) { return densities.count(name) > 0; });
   });
-  const auto source = std::find_if(streams.begin(), streams.end(),
-                                   [&](const VoxelStream& stream) { return has(stream, temperature); });
+  const auto source =
+      std::find_if(streams.begin(), streams.end(), [&](const VoxelStream& stream) { return has(stream, temperature); });
   std::vector<VoxelStream> joined;
   for (auto stream = streams.begin(); stream != streams.end(); ++stream) {
     if (stream == lone) continue;
@@ -84,9 +87,12 @@ Cloud make_cloud(const Description& scene, const CloudDescription& wish, const s
   }
   cloud.source = per_interval(bands, [&](std::size_t b, int j) -> std::optional<double> {
     switch (emitter(scene, scene.bands[b], wish.temperature.has_value(), wish.source.has_value())) {
-      case Emitter::planck: return std::nullopt;
-      case Emitter::radiance: return bands[b].integrate(j, *wish.source);
-      case Emitter::none: break;
+      case Emitter::planck:
+        return std::nullopt;
+      case Emitter::radiance:
+        return bands[b].integrate(j, *wish.source);
+      case Emitter::none:
+        break;
     }
     return 0.0;
   });
@@ -99,9 +105,8 @@ Cloud make_cloud(const Description& scene, const CloudDescription& wish, const s
     const int a = static_cast<int>(axis);
     Vec3d side(0);
     side[a] = size[a];
-    cloud.period_m[axis] = wish.period_m[axis] > 0
-                               ? wish.period_m[axis]
-                               : transform_direction(stream.index_to_local, side).length();
+    cloud.period_m[axis] =
+        wish.period_m[axis] > 0 ? wish.period_m[axis] : transform_direction(stream.index_to_local, side).length();
   }
   return cloud;
 }
@@ -129,7 +134,8 @@ std::optional<Atmosphere> make_atmosphere(const Description& scene, const std::v
   if (!scene.atmosphere) return std::nullopt;
   const AtmosphereDescription& air = *scene.atmosphere;
   Atmosphere atmosphere{optical(bands, air.extinction_per_m), {}};
-  const bool clear = std::all_of(atmosphere.extinction.begin(), atmosphere.extinction.end(), [](double k) { return k <= 0; });
+  const bool clear =
+      std::all_of(atmosphere.extinction.begin(), atmosphere.extinction.end(), [](double k) { return k <= 0; });
   if (clear) return std::nullopt;
   const std::optional<double> K = air.K || air.radiance ? air.K : 288;
   atmosphere.radiance = emitted(scene, bands, K, air.radiance);
@@ -180,8 +186,7 @@ BuiltWorld build_world(const Description& scene, double time_s, const Progress& 
     }
   }
   for (const SourceDescription& source : scene.sources) {
-    contents.sources.push_back(
-        {source.position_m, source.radius_m, emitted(scene, bands, source.K, source.radiance)});
+    contents.sources.push_back({source.position_m, source.radius_m, emitted(scene, bands, source.K, source.radiance)});
   }
   contents.particles = particles_at(scene, bands, time_s);
   if (scene.sky) contents.sky = emitted(scene, bands, scene.sky->K, scene.sky->radiance);

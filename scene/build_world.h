@@ -27,7 +27,8 @@ struct BuiltWorld {
 
 Band make_band(const BandDescription& band);
 
-/// @throws InputError where a volume or mesh is broken or lacks what the scene names; ResourceError where memory or disk fail.
+/// @throws InputError where a volume or mesh is broken or lacks what the scene names; ResourceError where memory or
+/// disk fail.
 BuiltWorld build_world(const Description& scene, double time_s, const Progress& progress = {});
 
 }  // namespace obscura

@@ -5,9 +5,18 @@
 namespace obscura {
 
 const std::vector<std::string>& effect_names() {
-  static const std::vector<std::string> names = {
-      "absorption", "emission", "single scattering", "multiple scattering", "surfaces", "specular",
-      "sun", "sky", "atmosphere", "time", "spectral sampling", "masking"};
+  static const std::vector<std::string> names = {"absorption",
+                                                 "emission",
+                                                 "single scattering",
+                                                 "multiple scattering",
+                                                 "surfaces",
+                                                 "specular",
+                                                 "sun",
+                                                 "sky",
+                                                 "atmosphere",
+                                                 "time",
+                                                 "spectral sampling",
+                                                 "masking"};
   return names;
 }
 
@@ -18,8 +27,8 @@ bool ObjectDescription::has_kelvin() const {
 
 Emitter emitter(const Description& scene, const BandDescription& band, bool has_temperature,
                 bool has_radiance) noexcept {
-  const bool any_grey = std::any_of(scene.bands.begin(), scene.bands.end(),
-                                    [](const BandDescription& b) { return b.grey(); });
+  const bool any_grey =
+      std::any_of(scene.bands.begin(), scene.bands.end(), [](const BandDescription& b) { return b.grey(); });
   if (has_temperature && !band.grey() && (!has_radiance || any_grey)) return Emitter::planck;
   return has_radiance ? Emitter::radiance : Emitter::none;
 }

@@ -2,6 +2,14 @@
 // units (its names carry them); nothing here is loaded but small tables.
 #pragma once
 
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
 #include "octree/base/math.h"
 #include "octree/puffs.h"
 #include "photon/directions.h"
@@ -10,14 +18,6 @@
 #include "photon/spectrum.h"
 #include "sensor/camera.h"
 #include "sensor/detector.h"
-
-#include <array>
-#include <cstdint>
-#include <filesystem>
-#include <map>
-#include <optional>
-#include <string>
-#include <vector>
 
 namespace obscura {
 
@@ -52,8 +52,8 @@ struct GridDescription {
 
 /// What one grid of a cloud does to light. Media of a cloud overlap and add up.
 struct MediumDescription {
-  std::string density = "density";               ///< grid name
-  Spectrum extinction = Spectrum::constant(0);   ///< 1/m per unit of density
+  std::string density = "density";              ///< grid name
+  Spectrum extinction = Spectrum::constant(0);  ///< 1/m per unit of density
   Spectrum albedo = Spectrum::constant(0);
   PhaseFunction phase;
 };
@@ -68,15 +68,15 @@ struct TemperatureDescription {
 
 struct CloudDescription {
   std::string name;
-  std::optional<GridDescription> grid;    ///< exactly one of grid and puffs
+  std::optional<GridDescription> grid;  ///< exactly one of grid and puffs
   std::optional<PuffSettings> puffs;
-  std::vector<MediumDescription> media;   ///< one or more
+  std::vector<MediumDescription> media;  ///< one or more
   std::optional<TemperatureDescription> temperature;
-  std::optional<Spectrum> source;         ///< see Emitter
+  std::optional<Spectrum> source;             ///< see Emitter
   Spectrum emission = Spectrum::constant(0);  ///< W/m3/sr per unit of density, added as it is
   PlaceDescription place;
-  std::array<bool, 2> periodic{false, false};   ///< along x, y
-  std::array<double, 2> period_m{0, 0};         ///< 0: not given, n * dx
+  std::array<bool, 2> periodic{false, false};  ///< along x, y
+  std::array<double, 2> period_m{0, 0};        ///< 0: not given, n * dx
 };
 
 enum class SurfaceKind { mesh, plane, box, sphere };
@@ -99,7 +99,7 @@ struct ObjectDescription {
   double radius_m = 0;                             ///< sphere
   std::string material;                            ///< empty: black
   std::optional<double> K;
-  std::optional<Spectrum> radiance;                ///< see Emitter; times emissivity
+  std::optional<Spectrum> radiance;  ///< see Emitter; times emissivity
   bool double_sided = false;
   PlaceDescription place;
 
@@ -138,7 +138,7 @@ struct SkyDescription {
 };
 
 struct SunDescription {
-  Vec3d toward{0, 0, 1};  ///< unit vector from the scene to the sun
+  Vec3d toward{0, 0, 1};                        ///< unit vector from the scene to the sun
   Spectrum irradiance = Spectrum::constant(1);  ///< normal to the beam
   double diameter_deg = 0.533;
 };
@@ -156,13 +156,13 @@ struct AntialiasingDescription {
   std::optional<int> polygons_strict;  ///< this many, alike or not
   int materials = 2;
   double normal_deg = 5;
-  double depth = 0.05;                 ///< relative
+  double depth = 0.05;  ///< relative
   double temperature_K = 1;
   double emissivity = 0.02;
   double shadow = 0.05;
   double transmission = 0.05;
-  double radiance = 0.05;              ///< relative
-  std::optional<double> error;         ///< relative standard error that a pixel is to reach
+  double radiance = 0.05;       ///< relative
+  std::optional<double> error;  ///< relative standard error that a pixel is to reach
 
   /// Else every pixel gets as many rays.
   bool adaptive() const noexcept { return polygons != 0 && polygons_strict != 0 && materials != 0; }
@@ -176,10 +176,10 @@ struct SensorDescription {
   double fov_deg = 20;  ///< perspective: full horizontal angle; fisheye: across the shorter side
   double width_m = 0;   ///< orthographic
   std::array<int, 2> resolution{320, 240};
-  int max_oversampling = 16;           ///< rays per pixel, at most
+  int max_oversampling = 16;  ///< rays per pixel, at most
   AntialiasingDescription antialiasing;
-  int specular_depth = 4;              ///< mirror reflections at most
-  std::optional<int> scattering_depth; ///< none: no limit
+  int specular_depth = 4;               ///< mirror reflections at most
+  std::optional<int> scattering_depth;  ///< none: no limit
   DetectorSettings detector;
 };
 

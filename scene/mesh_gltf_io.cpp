@@ -1,11 +1,10 @@
 // glTF 1.0 and 2.0, text and binary, by assimp: the only file that includes it.
-#include <assimp/Importer.hpp>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
-
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <assimp/Importer.hpp>
 
 #include "octree/base/error.h"
 #include "scene/mesh_formats.h"
@@ -28,10 +27,12 @@ class NodeWalk {
   void add(const aiMesh& mesh, const aiNode& node, const aiMatrix4x4t<double>& to_world) {
     const auto first = static_cast<std::uint32_t>(builder_.vertex_count());
     for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
-      const aiVector3t<double> p = to_world * aiVector3t<double>(mesh.mVertices[v].x, mesh.mVertices[v].y, mesh.mVertices[v].z);
+      const aiVector3t<double> p =
+          to_world * aiVector3t<double>(mesh.mVertices[v].x, mesh.mVertices[v].y, mesh.mVertices[v].z);
       const Vec3d position(p.x, p.y, p.z);
       if (const char* bad = bad_coordinate(position); *bad) {
-        throw InputError(file_.string(), fmt::format("{} of vertex {} of mesh \"{}\" is not finite", bad, v, mesh.mName.C_Str()),
+        throw InputError(file_.string(),
+                         fmt::format("{} of vertex {} of mesh \"{}\" is not finite", bad, v, mesh.mName.C_Str()),
                          "export the mesh anew without NaN and infinity");
       }
       builder_.vertex(position);
@@ -52,7 +53,9 @@ class NodeWalk {
       corners_.clear();
       for (unsigned k = 0; k < face.mNumIndices; ++k) {
         if (face.mIndices[k] >= mesh.mNumVertices) {
-          throw InputError(file_.string(), fmt::format("face {} of mesh \"{}\" names vertex {} of {}", f, mesh.mName.C_Str(), face.mIndices[k], mesh.mNumVertices),
+          throw InputError(file_.string(),
+                           fmt::format("face {} of mesh \"{}\" names vertex {} of {}", f, mesh.mName.C_Str(),
+                                       face.mIndices[k], mesh.mNumVertices),
                            "export the mesh anew");
         }
         corners_.push_back(first + face.mIndices[k]);

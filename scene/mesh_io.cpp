@@ -66,7 +66,8 @@ void MeshBuilder::polygon_K(float K) { out_.mesh.face_K.resize(out_.mesh.faces.s
 
 MeshFile MeshBuilder::finish() {
   if (out_.mesh.faces.empty()) {
-    throw InputError(path_.string(), "it holds no face", "give a mesh of triangles or polygons; lines and points are not surfaces");
+    throw InputError(path_.string(), "it holds no face",
+                     "give a mesh of triangles or polygons; lines and points are not surfaces");
   }
   out_.face_count = polygons_;
   out_.vertex_count = out_.mesh.vertices.size();
@@ -90,7 +91,8 @@ MeshFile read_mesh(const std::filesystem::path& file) {
   if (extension == ".ply") return detail::read_ply(file);
   if (extension == ".stl") return detail::read_stl(file);
   if (extension == ".gltf" || extension == ".glb") return detail::read_gltf(file);
-  throw InputError(file.string(), "the kind of mesh is not known by its extension", "give .obj, .ply, .stl, .gltf or .glb");
+  throw InputError(file.string(), "the kind of mesh is not known by its extension",
+                   "give .obj, .ply, .stl, .gltf or .glb");
 }
 
 void read_temperatures(const std::filesystem::path& table, MeshFile& mesh) {
@@ -102,7 +104,8 @@ void read_temperatures(const std::filesystem::path& table, MeshFile& mesh) {
     }
     return false;
   };
-  if (!next()) throw InputError(table.string(), "it holds no numbers", "a header line face,K or vertex,K, then a line for each");
+  if (!next())
+    throw InputError(table.string(), "it holds no numbers", "a header line face,K or vertex,K, then a line for each");
   const auto fields = [&](std::string_view& first, std::string_view& second) {
     const std::size_t comma = line.find(',');
     if (comma == std::string_view::npos || line.find(',', comma + 1) != std::string_view::npos) return false;
@@ -123,9 +126,11 @@ void read_temperatures(const std::filesystem::path& table, MeshFile& mesh) {
     std::int64_t index = 0;
     double kelvin = 0;
     if (!fields(first, second) || !detail::to_number(first, index) || !detail::to_number(second, kelvin)) {
-      reader.fail(fmt::format("\"{:.40}\" is not a number of a {} and its kelvin", line, what), "a line is like 12,300");
+      reader.fail(fmt::format("\"{:.40}\" is not a number of a {} and its kelvin", line, what),
+                  "a line is like 12,300");
     }
-    if (!(kelvin >= 0) || !std::isfinite(kelvin)) reader.fail(fmt::format("{:g} is no temperature", kelvin), "give kelvin of at least 0");
+    if (!(kelvin >= 0) || !std::isfinite(kelvin))
+      reader.fail(fmt::format("{:g} is no temperature", kelvin), "give kelvin of at least 0");
     if (index < 0 || static_cast<std::uint64_t>(index) >= count) {
       reader.fail(fmt::format("there is no {} {}: the mesh has {}", what, index, count),
                   fmt::format("give numbers from 0 to {}, in the order of the mesh file", count - 1));

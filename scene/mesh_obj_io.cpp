@@ -11,10 +11,11 @@ namespace obscura::detail {
 namespace {
 
 /// Lines that say nothing about positions and faces.
-constexpr std::array kIgnored = {"vt",     "vn",       "vp",        "s",     "l",      "p",     "mtllib", "mg",   "lod",  "bevel",
-                                 "maplib", "usemap",   "shadow_obj", "trace_obj", "ctech", "stech", "cstype", "deg",  "bmat", "step",
-                                 "curv",   "curv2",    "parm",      "trim",  "hole",   "scrv",  "sp",     "end",  "con",  "c_interp",
-                                 "d_interp", "call",   "csh",       "scmp"};
+constexpr std::array kIgnored = {"vt",    "vn",       "vp",       "s",      "l",      "p",          "mtllib",
+                                 "mg",    "lod",      "bevel",    "maplib", "usemap", "shadow_obj", "trace_obj",
+                                 "ctech", "stech",    "cstype",   "deg",    "bmat",   "step",       "curv",
+                                 "curv2", "parm",     "trim",     "hole",   "scrv",   "sp",         "end",
+                                 "con",   "c_interp", "d_interp", "call",   "csh",    "scmp"};
 
 class ObjReader {
  public:
@@ -77,7 +78,8 @@ class ObjReader {
     for (std::string_view word = next_word(line); !word.empty() && word[0] != '#'; word = next_word(line)) {
       std::int64_t index = 0;
       if (!to_number(word.substr(0, word.find('/')), index)) {
-        reader_.fail(fmt::format("\"{:.40}\" is no corner of a face", word), "a line is like f 1 2 3 or f 1/1/1 2/2/2 3/3/3");
+        reader_.fail(fmt::format("\"{:.40}\" is no corner of a face", word),
+                     "a line is like f 1 2 3 or f 1/1/1 2/2/2 3/3/3");
       }
       const std::int64_t vertex = index < 0 ? count + index : index - 1;
       if (index == 0 || vertex < 0 || vertex >= count) {

@@ -20,8 +20,8 @@ struct Type {
   std::size_t bytes;
   char kind;  // i: signed, u: unsigned, f: floating point
 };
-constexpr Type kTypes[] = {{"char", "int8", 1, 'i'},   {"uchar", "uint8", 1, 'u'},   {"short", "int16", 2, 'i'},
-                           {"ushort", "uint16", 2, 'u'}, {"int", "int32", 4, 'i'},   {"uint", "uint32", 4, 'u'},
+constexpr Type kTypes[] = {{"char", "int8", 1, 'i'},     {"uchar", "uint8", 1, 'u'},   {"short", "int16", 2, 'i'},
+                           {"ushort", "uint16", 2, 'u'}, {"int", "int32", 4, 'i'},     {"uint", "uint32", 4, 'u'},
                            {"float", "float32", 4, 'f'}, {"double", "float64", 8, 'f'}};
 
 struct Property {
@@ -66,14 +66,16 @@ class PlyReader {
       }
     }
     std::string_view line;
-    if (text_ && reader_.next_filled(line)) reader_.fail("there is more than the header announces", "correct its counts or export the mesh anew");
+    if (text_ && reader_.next_filled(line))
+      reader_.fail("there is more than the header announces", "correct its counts or export the mesh anew");
     return builder_.finish();
   }
 
  private:
   void header() {
     std::string_view line;
-    if (!reader_.next(line) || without_blanks(line) != "ply") reader_.fail("a PLY file begins with \"ply\"", "give a PLY file");
+    if (!reader_.next(line) || without_blanks(line) != "ply")
+      reader_.fail("a PLY file begins with \"ply\"", "give a PLY file");
     bool has_format = false;
     while (true) {
       if (!reader_.next(line)) reader_.fail("the header has no end", "the file is cut off: copy or export it anew");
@@ -87,14 +89,16 @@ class PlyReader {
         text_ = format == "ascii";
         swap_ = format == (std::endian::native == std::endian::little ? "binary_big_endian" : "binary_little_endian");
         if (!text_ && format != "binary_big_endian" && format != "binary_little_endian") {
-          reader_.fail(fmt::format("the format \"{:.40}\" is not known", format), "export it as ascii or binary_little_endian");
+          reader_.fail(fmt::format("the format \"{:.40}\" is not known", format),
+                       "export it as ascii or binary_little_endian");
         }
       } else if (keyword == "element") {
         const std::string_view name = next_word(line);
         std::int64_t count = -1;
         if (!to_number(next_word(line), count) || count < 0) bad_header(whole);
         for (const Element& other : elements_) {
-          if (other.name == name) reader_.fail(fmt::format("the element {} is announced twice", name), "export the mesh anew");
+          if (other.name == name)
+            reader_.fail(fmt::format("the element {} is announced twice", name), "export the mesh anew");
         }
         elements_.push_back({std::string(name), static_cast<std::uint64_t>(count), {}});
       } else if (keyword == "property" && !elements_.empty()) {
@@ -141,13 +145,18 @@ class PlyReader {
       return value;
     }
     unsigned char bytes[8];
-    if (reader_.read(bytes, type.bytes) < type.bytes) fail("the file ends here", "it is cut off: copy or export it anew");
+    if (reader_.read(bytes, type.bytes) < type.bytes)
+      fail("the file ends here", "it is cut off: copy or export it anew");
     if (swap_) std::reverse(bytes, bytes + type.bytes);
     switch (type.bytes) {
-      case 1: return type.kind == 'i' ? number_of<std::int8_t>(bytes) : number_of<std::uint8_t>(bytes);
-      case 2: return type.kind == 'i' ? number_of<std::int16_t>(bytes) : number_of<std::uint16_t>(bytes);
-      case 8: return number_of<double>(bytes);
-      default: break;
+      case 1:
+        return type.kind == 'i' ? number_of<std::int8_t>(bytes) : number_of<std::uint8_t>(bytes);
+      case 2:
+        return type.kind == 'i' ? number_of<std::int16_t>(bytes) : number_of<std::uint16_t>(bytes);
+      case 8:
+        return number_of<double>(bytes);
+      default:
+        break;
     }
     if (type.kind == 'f') return number_of<float>(bytes);
     return type.kind == 'i' ? number_of<std::int32_t>(bytes) : number_of<std::uint32_t>(bytes);
@@ -156,7 +165,9 @@ class PlyReader {
   // All numbers of one vertex, face or other thing; the last list's apart.
   void row(const Element& element) {
     element_ = element.name;
-    if (text_ && !reader_.next_filled(line_)) fail(fmt::format("the file ends at {} {} of {}", element_, row_, element.count), "it is cut off: copy or export it anew");
+    if (text_ && !reader_.next_filled(line_))
+      fail(fmt::format("the file ends at {} {} of {}", element_, row_, element.count),
+           "it is cut off: copy or export it anew");
     values_.clear();
     lists_.resize(element.properties.size());
     for (std::size_t i = 0; i < element.properties.size(); ++i) {
@@ -167,15 +178,18 @@ class PlyReader {
       }
       values_.push_back(0);
       const double count = number(*property.count_type);
-      if (!(count >= 0) || count != std::floor(count) || count > 1e9) fail(fmt::format("a list of {:g}", count), "export the mesh anew");
+      if (!(count >= 0) || count != std::floor(count) || count > 1e9)
+        fail(fmt::format("a list of {:g}", count), "export the mesh anew");
       lists_[i].clear();
       for (double k = 0; k < count; ++k) lists_[i].push_back(number(*property.type));
     }
-    if (text_ && !without_blanks(line_).empty()) fail(fmt::format("the {} has too many numbers", element_), "export the mesh anew");
+    if (text_ && !without_blanks(line_).empty())
+      fail(fmt::format("the {} has too many numbers", element_), "export the mesh anew");
   }
 
   float kelvin(double value) {
-    if (!(value >= 0) || !std::isfinite(value)) fail(fmt::format("{:g} is no temperature", value), "K is kelvin of at least 0");
+    if (!(value >= 0) || !std::isfinite(value))
+      fail(fmt::format("{:g} is no temperature", value), "K is kelvin of at least 0");
     return static_cast<float>(value);
   }
 
@@ -185,7 +199,8 @@ class PlyReader {
     for (row_ = 0; row_ < element.count; ++row_) {
       row(element);
       const Vec3d position(values_[*x], values_[*y], values_[*z]);
-      if (const char* bad = bad_coordinate(position); *bad) fail(fmt::format("{} is not finite", bad), "export the mesh anew without NaN and infinity");
+      if (const char* bad = bad_coordinate(position); *bad)
+        fail(fmt::format("{} is not finite", bad), "export the mesh anew without NaN and infinity");
       builder_.vertex(position);
       if (K) builder_.vertex_K(kelvin(values_[*K]));
     }
@@ -208,7 +223,8 @@ class PlyReader {
         }
         polygon.push_back(static_cast<std::uint32_t>(index));
       }
-      if (polygon.size() < 3) fail(fmt::format("the face has {} of at least three corners", polygon.size()), "export the mesh anew");
+      if (polygon.size() < 3)
+        fail(fmt::format("the face has {} of at least three corners", polygon.size()), "export the mesh anew");
       builder_.polygon(polygon);
       if (K) builder_.polygon_K(kelvin(values_[*K]));
     }

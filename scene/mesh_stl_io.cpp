@@ -21,7 +21,8 @@ void add_facet(MeshBuilder& builder) {
 }
 
 std::uint32_t little_endian(const unsigned char* bytes) {
-  return std::uint32_t{bytes[0]} | std::uint32_t{bytes[1]} << 8 | std::uint32_t{bytes[2]} << 16 | std::uint32_t{bytes[3]} << 24;
+  return std::uint32_t{bytes[0]} | std::uint32_t{bytes[1]} << 8 | std::uint32_t{bytes[2]} << 16 |
+         std::uint32_t{bytes[3]} << 24;
 }
 
 MeshFile read_binary(const std::filesystem::path& file, LineReader& reader, std::uint64_t count) {
@@ -31,7 +32,8 @@ MeshFile read_binary(const std::filesystem::path& file, LineReader& reader, std:
   std::array<unsigned char, kFacet> facet;
   for (std::uint64_t i = 0; i < count; ++i) {
     if (reader.read(facet.data(), facet.size()) < facet.size()) {
-      throw InputError(file.string(), fmt::format("it ends at facet {} of {}", i, count), "it is cut off: copy or export it anew");
+      throw InputError(file.string(), fmt::format("it ends at facet {} of {}", i, count),
+                       "it is cut off: copy or export it anew");
     }
     for (std::size_t v = 0; v < 3; ++v) {
       Vec3d position(0);
@@ -39,7 +41,8 @@ MeshFile read_binary(const std::filesystem::path& file, LineReader& reader, std:
         position[static_cast<int>(k)] = std::bit_cast<float>(little_endian(facet.data() + 12 + 12 * v + 4 * k));
       }
       if (const char* bad = bad_coordinate(position); *bad) {
-        throw InputError(file.string(), fmt::format("facet {}: {} is not finite", i, bad), "export the mesh anew without NaN and infinity");
+        throw InputError(file.string(), fmt::format("facet {}: {} is not finite", i, bad),
+                         "export the mesh anew without NaN and infinity");
       }
       builder.vertex(position);
     }
@@ -60,7 +63,8 @@ MeshFile read_text_stl(const std::filesystem::path& file, LineReader& reader) {
     }
   };
   const auto next = [&] {
-    if (!reader.next_filled(line)) reader.fail("the file ends inside of a solid", "it is cut off: copy or export it anew");
+    if (!reader.next_filled(line))
+      reader.fail("the file ends inside of a solid", "it is cut off: copy or export it anew");
   };
   while (reader.next_filled(line)) {
     expect({"solid"});
@@ -77,7 +81,9 @@ MeshFile read_text_stl(const std::filesystem::path& file, LineReader& reader) {
         for (int k = 0; k < 3; ++k) {
           const std::string_view word = next_word(line);
           if (!to_number(word, position[k])) {
-            reader.fail(word.empty() ? "a vertex has three coordinates" : fmt::format("\"{:.40}\" is no coordinate", word), "a line is like vertex 1 2 3");
+            reader.fail(
+                word.empty() ? "a vertex has three coordinates" : fmt::format("\"{:.40}\" is no coordinate", word),
+                "a line is like vertex 1 2 3");
           }
         }
         if (const char* bad = bad_coordinate(position); *bad) {
@@ -108,11 +114,13 @@ MeshFile read_stl(const std::filesystem::path& file) {
   const std::string begin(reinterpret_cast<const char*>(header.data()), bytes);
   if (!fits && lower_case(without_blanks(begin).substr(0, 5)) == "solid") return read_text_stl(file, reader);
   if (bytes < kHeader) {
-    throw InputError(file.string(), "it is neither a text that begins with \"solid\" nor long enough for a binary STL file",
+    throw InputError(file.string(),
+                     "it is neither a text that begins with \"solid\" nor long enough for a binary STL file",
                      "export the mesh anew");
   }
   if (size < kHeader + kFacet * count) {
-    throw InputError(file.string(), fmt::format("it announces {} facets, but has room for {}", count, (size - kHeader) / kFacet),
+    throw InputError(file.string(),
+                     fmt::format("it announces {} facets, but has room for {}", count, (size - kHeader) / kFacet),
                      "it is cut off: copy or export it anew");
   }
   return read_binary(file, reader, count);

@@ -1,10 +1,10 @@
 #include "scene/obscuration.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-
-#include <fmt/format.h>
 
 #include "octree/base/error.h"
 #include "photon/path_tracer.h"
@@ -39,7 +39,8 @@ std::vector<float> dense(const std::vector<std::pair<std::uint32_t, float>>& sha
   return result;
 }
 
-/// Objects whose lines of sight can be told from their surroundings': those asked for, or all that are wholly in the picture.
+/// Objects whose lines of sight can be told from their surroundings': those asked for, or all that are wholly in the
+/// picture.
 InView objects_in_view(const Session& session, const ObscurationWish& wish, const Progress& progress) {
   const Camera camera(session.plan().camera);
   const auto shares = object_shares(session.world(), camera, progress);
@@ -156,8 +157,10 @@ RenderDescription one_way(const Session& cloudy, std::vector<std::string>& warni
   for (int i = 0; i < cloudy.world().interval_count(); ++i) reflects = reflects || cloudy.world().surfaces_reflect(i);
   render.final_gather = cloudy.plan().radiance.gather_bounces > 0 ? 1 : 0;
   if (reflects && render.final_gather == 0) {
-    warnings.emplace_back("surfaces reflect and nothing is gathered: the blur of the photon map, which no interval holds, may be larger than "
-                          "the contrast; compare with --method path");
+    warnings.emplace_back(
+        "surfaces reflect and nothing is gathered: the blur of the photon map, which no interval holds, may be larger "
+        "than "
+        "the contrast; compare with --method path");
   }
   return render;
 }
@@ -198,13 +201,15 @@ Obscuration find_obscuration(const Description& scene, const ObscurationWish& wi
     std::vector<std::vector<Sight>> sights(2);
     for (std::size_t side = 0; side < 2; ++side) {
       Session& session = side == 0 ? cloudy : clear;
-      const Progress part = progress.part("replicas", 2 * static_cast<std::uint64_t>(replica) + side, 2 * static_cast<std::uint64_t>(wish.replicas));
+      const Progress part = progress.part("replicas", 2 * static_cast<std::uint64_t>(replica) + side,
+                                          2 * static_cast<std::uint64_t>(wish.replicas));
       session.set_render(render);
       if (session.plan().radiance.gather_bounces > 0) refuse_unfit_paths(session.world());
       const Light& light = session.light(part);
       tally.add(light);
       for (const Target& target : view.targets) {
-        const SightRays rays = sight_rays(Camera(session.plan().camera), target.mask, target.lines_per_pixel, render.seed);
+        const SightRays rays =
+            sight_rays(Camera(session.plan().camera), target.mask, target.lines_per_pixel, render.seed);
         sights[side].push_back(look(session.world(), light.maps, session.plan().radiance, rays,
                                     static_cast<std::uint32_t>(target.index), part));
         tally.add(sights[side].back().counts);
@@ -216,7 +221,8 @@ Obscuration find_obscuration(const Description& scene, const ObscurationWish& wi
     if (progress.cancelled()) break;
     for (std::size_t t = 0; t < view.targets.size(); ++t) {
       for (std::size_t b = 0; b < scene.bands.size(); ++b) {
-        found[t][b].push_back({std::move(sights[0][t].transmission[b]), std::move(sights[0][t].looks[b]), std::move(sights[1][t].looks[b])});
+        found[t][b].push_back({std::move(sights[0][t].transmission[b]), std::move(sights[0][t].looks[b]),
+                               std::move(sights[1][t].looks[b])});
       }
     }
     ++result.replicas;
@@ -229,11 +235,13 @@ Obscuration find_obscuration(const Description& scene, const ObscurationWish& wi
     ObjectObscuration object;
     object.name = scene.objects[target.index].name;
     object.lines_per_pixel = target.lines_per_pixel * result.replicas;
-    if (target.mask.at_border()) object.notes.emplace_back("the object reaches beyond the picture: only what is in view is measured");
+    if (target.mask.at_border())
+      object.notes.emplace_back("the object reaches beyond the picture: only what is in view is measured");
     for (std::size_t b = 0; b < scene.bands.size(); ++b) {
       const auto blind = [](const SightReplica& r) { return r.transmission.empty() || !(r.with.surround_lines > 0); };
       if (std::ranges::any_of(found[t][b], blind)) {
-        throw InputError("--object " + object.name, "some replicas have no line of sight to the object or to its surroundings",
+        throw InputError("--object " + object.name,
+                         "some replicas have no line of sight to the object or to its surroundings",
                          "make the field of view smaller, or the resolution higher");
       }
       object.bands.push_back(find_obscuration(cloudy.world().bands()[b], found[t][b], result.wish.thresholds));
@@ -242,7 +250,8 @@ Obscuration find_obscuration(const Description& scene, const ObscurationWish& wi
     result.objects.push_back(std::move(object));
   }
   if (static_cast<double>(tally.anomalies) > 1e-6 * static_cast<double>(tally.work)) {
-    result.failure = fmt::format("{} impossible values in {} rays and photons: more than one in a million", tally.anomalies, tally.work);
+    result.failure = fmt::format("{} impossible values in {} rays and photons: more than one in a million",
+                                 tally.anomalies, tally.work);
   }
   return result;
 }

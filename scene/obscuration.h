@@ -17,8 +17,8 @@ struct ObscurationWish {
   /// Names; none: every object that is wholly in the picture.
   std::vector<std::string> objects;
   ObscurationSettings thresholds;  ///< without a difference_K the detector's noise, where the scene has it in kelvin
-  int replicas = 8;   ///< repetitions with random numbers of their own, 2 or more: they give the intervals
-  int ring_px = 0;    ///< width of the surroundings, pixels; 0: see mask_of()
+  int replicas = 8;                ///< repetitions with random numbers of their own, 2 or more: they give the intervals
+  int ring_px = 0;                 ///< width of the surroundings, pixels; 0: see mask_of()
   bool pictures = false;
   std::optional<double> time_s;  ///< in place of the scene's
 };
@@ -26,7 +26,7 @@ struct ObscurationWish {
 struct ObjectObscuration {
   std::string name;
   ObjectMask mask;
-  int lines_per_pixel = 0;            ///< of sight, over all replicas
+  int lines_per_pixel = 0;  ///< of sight, over all replicas
   std::vector<BandObscuration> bands;
   std::vector<std::string> notes;
 };
@@ -36,13 +36,13 @@ struct Obscuration {
   std::uint64_t seed = 1;
   double time_s = 0;
   ObscurationWish wish;
-  int replicas = 0;                      ///< that were done
+  int replicas = 0;  ///< that were done
   std::vector<ObjectObscuration> objects;
-  std::vector<std::string> left_out;     ///< objects that nobody asked for, and why they are not there
-  std::optional<Image> with, without;    ///< the pictures, with the scene's settings
+  std::vector<std::string> left_out;   ///< objects that nobody asked for, and why they are not there
+  std::optional<Image> with, without;  ///< the pictures, with the scene's settings
   std::vector<std::string> warnings;
-  std::optional<std::string> failure;    ///< why the numbers cannot be trusted, where they cannot
-  bool partial = false;                  ///< cancelled: fewer replicas, or no pictures
+  std::optional<std::string> failure;  ///< why the numbers cannot be trusted, where they cannot
+  bool partial = false;                ///< cancelled: fewer replicas, or no pictures
 };
 
 /// @throws InputError where the scene has no cloud, an object is unknown, not in view, too small or without

@@ -1,10 +1,10 @@
 // What clouds hide as one page that needs no other file: pictures with and without the clouds, and the tables.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <ostream>
-
-#include <fmt/format.h>
 
 #include "scene/html_page.h"
 #include "scene/obscuration_table.h"
@@ -67,7 +67,8 @@ Image cut(const Image& image, const std::string& channel, const Box& box) {
 }
 
 /// One scale for the pictures with and without the cloud: it leaves out the same few of both.
-void share_scale(const Obscuration& obscuration, const std::string& channel, const Box& box, PreviewSettings& settings) {
+void share_scale(const Obscuration& obscuration, const std::string& channel, const Box& box,
+                 PreviewSettings& settings) {
   std::vector<float> values;
   for (const Image* image : {&*obscuration.with, &*obscuration.without}) {
     const std::vector<float> part = cut(image->channel(channel), image->columns(), box);
@@ -77,7 +78,9 @@ void share_scale(const Obscuration& obscuration, const std::string& channel, con
   }
   if (values.empty()) return;
   std::sort(values.begin(), values.end());
-  const auto rank = [&](double share) { return static_cast<std::size_t>(std::lround(share * static_cast<double>(values.size() - 1))); };
+  const auto rank = [&](double share) {
+    return static_cast<std::size_t>(std::lround(share * static_cast<double>(values.size() - 1)));
+  };
   double low = values[rank(settings.cut)], high = values[rank(1 - settings.cut)];
   const double least = 1e-4 * std::max(std::abs(low), std::abs(high));
   if (high - low < least) low -= least, high += least;
@@ -93,13 +96,14 @@ std::string pictures(const Obscuration& obscuration, const std::string& band, bo
   settings.marks = cut(std::span<const std::uint8_t>(marks), with.columns(), box);
   settings.magnify = std::clamp(static_cast<int>(std::lround(480.0 / std::max(box[2], box[3]))), 1, 16);
   // Below 2.5 um no ordinary thing glows: its kelvin are for nobody's eyes.
-  const bool thermal = !grey && with.has(band + ".temperature") && std::get<double>(with.metadata.at("obscura:band." + band + ".um_max")) > 2.5;
+  const bool thermal = !grey && with.has(band + ".temperature") &&
+                       std::get<double>(with.metadata.at("obscura:band." + band + ".um_max")) > 2.5;
   std::string shown = band;
   shown += thermal ? ".temperature" : ".radiance";
   share_scale(obscuration, shown, box, settings);
   const auto add = [&](const std::string& title, const Image& image, const std::string& channel) {
-    html += fmt::format("<figure>{}<figcaption>{}</figcaption></figure>\n", html_picture(title, preview(cut(image, channel, box), channel, settings)),
-                        html_escaped(title));
+    html += fmt::format("<figure>{}<figcaption>{}</figcaption></figure>\n",
+                        html_picture(title, preview(cut(image, channel, box), channel, settings)), html_escaped(title));
   };
   add("with the cloud", with, shown);
   add("without the cloud", *obscuration.without, shown);
@@ -116,11 +120,14 @@ std::string cell(const std::optional<Confident>& c, bool told) {
 
 std::string table(const BandObscuration& band, const ObscurationSettings& thresholds) {
   std::string html = fmt::format(
-      "<div class=\"scroll\"><table><tr><th>{}</th><th>with the cloud</th><th>without</th><th>with / without</th></tr>\n", html_escaped(band.band));
+      "<div class=\"scroll\"><table><tr><th>{}</th><th>with the cloud</th><th>without</th><th>with / "
+      "without</th></tr>\n",
+      html_escaped(band.band));
   for (const ObscurationRow& row : obscuration_rows(band, thresholds)) {
     std::string name = row.quantity;
     if (!row.unit.empty()) name += " [" + row.unit + "]";
-    html += fmt::format("<tr><td>{}</td>{}{}{}</tr>\n", html_escaped(name), cell(row.with, true), cell(row.without, false), cell(row.ratio, false));
+    html += fmt::format("<tr><td>{}</td>{}{}{}</tr>\n", html_escaped(name), cell(row.with, true),
+                        cell(row.without, false), cell(row.ratio, false));
   }
   html += "</table></div>\n";
   for (const std::string& note : band.notes) html += fmt::format("<p class=\"about\">{}</p>\n", html_escaped(note));
@@ -128,12 +135,15 @@ std::string table(const BandObscuration& band, const ObscurationSettings& thresh
 }
 
 std::string page(const Obscuration& obscuration) {
-  std::string html = fmt::format("<h1>Obscura {}: what the clouds hide</h1>\n<p class=\"about\">{}; {} replicas, seed {}{}</p>\n", OBSCURA_VERSION,
-                                 html_escaped(obscuration.scene.empty() ? "scene " + obscuration.hash : obscuration.scene), obscuration.replicas,
-                                 obscuration.seed, obscuration.partial ? "; <span class=\"differ\">stopped before the end</span>" : "");
+  std::string html = fmt::format(
+      "<h1>Obscura {}: what the clouds hide</h1>\n<p class=\"about\">{}; {} replicas, seed {}{}</p>\n", OBSCURA_VERSION,
+      html_escaped(obscuration.scene.empty() ? "scene " + obscuration.hash : obscuration.scene), obscuration.replicas,
+      obscuration.seed, obscuration.partial ? "; <span class=\"differ\">stopped before the end</span>" : "");
   html +=
-      "<p class=\"about\">Objects are outlined in green, their surroundings in blue. Numbers stand with their 95 % intervals. The pictures with "
-      "and without the cloud have one colour scale. Transmission is that of the clouds between the sensor and the object.</p>\n";
+      "<p class=\"about\">Objects are outlined in green, their surroundings in blue. Numbers stand with their 95 % "
+      "intervals. The pictures with "
+      "and without the cloud have one colour scale. Transmission is that of the clouds between the sensor and the "
+      "object.</p>\n";
   const bool pictured = obscuration.with && obscuration.without;
   if (pictured && !obscuration.objects.empty()) {
     html += "<h2>The picture</h2>\n";
@@ -143,11 +153,13 @@ std::string page(const Obscuration& obscuration) {
       for (std::size_t i = 0; i < marks.size(); ++i) marks[i] = std::max(marks[i], own[i]);
     }
     for (const BandObscuration& band : obscuration.objects.front().bands) {
-      html += pictures(obscuration, band.band, band.grey, {0, 0, obscuration.with->columns(), obscuration.with->rows()}, marks);
+      html += pictures(obscuration, band.band, band.grey, {0, 0, obscuration.with->columns(), obscuration.with->rows()},
+                       marks);
     }
   }
   for (const ObjectObscuration& object : obscuration.objects) {
-    html += fmt::format("<h2>{}</h2>\n<p class=\"about\">{}</p>\n", html_escaped(object.name), html_escaped(object_text(object)));
+    html += fmt::format("<h2>{}</h2>\n<p class=\"about\">{}</p>\n", html_escaped(object.name),
+                        html_escaped(object_text(object)));
     for (const std::string& note : object.notes) html += fmt::format("<p class=\"about\">{}</p>\n", html_escaped(note));
     const std::vector<std::uint8_t> marks = marks_of(object.mask);
     for (const BandObscuration& band : object.bands) {
@@ -157,7 +169,8 @@ std::string page(const Obscuration& obscuration) {
   }
   if (!obscuration.left_out.empty() || !obscuration.warnings.empty()) {
     html += "<h2>Beside</h2>\n<ul class=\"what\">\n";
-    for (const std::string& text : obscuration.left_out) html += fmt::format("<li>left out: {}</li>\n", html_escaped(text));
+    for (const std::string& text : obscuration.left_out)
+      html += fmt::format("<li>left out: {}</li>\n", html_escaped(text));
     for (const std::string& text : obscuration.warnings) html += fmt::format("<li>{}</li>\n", html_escaped(text));
     html += "</ul>\n";
   }

@@ -1,9 +1,9 @@
 // What clouds hide as text: a table for people, JSON for programs, CSV for spreadsheets.
 #include "scene/obscuration_table.h"
 
-#include <cmath>
-
 #include <fmt/format.h>
+
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "scene/obscuration.h"
@@ -21,14 +21,10 @@ Json json_of(const std::optional<Confident>& c) {
 }
 
 Json json_of(const SightContrast& c, bool nedt) {
-  Json json = {{"object_radiance", json_of(c.object)},
-               {"surroundings_radiance", json_of(c.surroundings)},
-               {"difference", json_of(c.difference)},
-               {"relative_contrast", json_of(c.relative)},
-               {"object_K", json_of(c.object_K)},
-               {"surroundings_K", json_of(c.surroundings_K)},
-               {"difference_K", json_of(c.difference_K)},
-               {"share_below_contrast", json_of(c.lost_contrast)}};
+  Json json = {{"object_radiance", json_of(c.object)},    {"surroundings_radiance", json_of(c.surroundings)},
+               {"difference", json_of(c.difference)},     {"relative_contrast", json_of(c.relative)},
+               {"object_K", json_of(c.object_K)},         {"surroundings_K", json_of(c.surroundings_K)},
+               {"difference_K", json_of(c.difference_K)}, {"share_below_contrast", json_of(c.lost_contrast)}};
   if (nedt) json["share_below_nedt"] = json_of(c.lost_K);
   json["pixel_error"] = c.pixel_error;
   json["difference_bias"] = c.difference_bias;
@@ -44,8 +40,10 @@ Json json_of(const ObjectObscuration& object, const ObscurationSettings& thresho
                {"lines_of_sight_per_pixel", object.lines_per_pixel},
                {"notes", object.notes}};
   for (const BandObscuration& band : object.bands) {
-    Json transmission = {{"mean", json_of(band.transmission)}, {"min", band.transmission_min}, {"max", band.transmission_max}};
-    for (const auto& [per_cent, value] : band.percentiles) transmission[fmt::format("p{:g}", per_cent)] = json_of(value);
+    Json transmission = {
+        {"mean", json_of(band.transmission)}, {"min", band.transmission_min}, {"max", band.transmission_max}};
+    for (const auto& [per_cent, value] : band.percentiles)
+      transmission[fmt::format("p{:g}", per_cent)] = json_of(value);
     json["bands"][band.band] = {{"transmission", transmission},
                                 {"share_obscured", json_of(band.obscured)},
                                 {"with", json_of(band.with, thresholds.difference_K.has_value())},
@@ -84,16 +82,21 @@ std::vector<ObscurationRow> obscuration_rows(const BandObscuration& band, const 
   rows.push_back({obscured, "", band.obscured, std::nullopt, std::nullopt});
 
   rows.push_back({"radiance of the object", unit, band.with.object, band.without.object, std::nullopt});
-  rows.push_back({"radiance of its surroundings", unit, band.with.surroundings, band.without.surroundings, std::nullopt});
-  rows.push_back({"difference of radiance", unit, band.with.difference, band.without.difference, band.difference_ratio});
+  rows.push_back(
+      {"radiance of its surroundings", unit, band.with.surroundings, band.without.surroundings, std::nullopt});
+  rows.push_back(
+      {"difference of radiance", unit, band.with.difference, band.without.difference, band.difference_ratio});
   rows.push_back({"relative contrast", "", band.with.relative, band.without.relative, band.relative_ratio});
   std::string contrast = "share with relative contrast < ";
   contrast += threshold(thresholds.contrast);
   rows.push_back({contrast, "", band.with.lost_contrast, band.without.lost_contrast, std::nullopt});
   if (!band.grey) {
-    rows.push_back({"apparent temperature of the object", "K", band.with.object_K, band.without.object_K, std::nullopt});
-    rows.push_back({"apparent temperature of its surroundings", "K", band.with.surroundings_K, band.without.surroundings_K, std::nullopt});
-    rows.push_back({"difference of apparent temperature", "K", band.with.difference_K, band.without.difference_K, band.difference_K_ratio});
+    rows.push_back(
+        {"apparent temperature of the object", "K", band.with.object_K, band.without.object_K, std::nullopt});
+    rows.push_back({"apparent temperature of its surroundings", "K", band.with.surroundings_K,
+                    band.without.surroundings_K, std::nullopt});
+    rows.push_back({"difference of apparent temperature", "K", band.with.difference_K, band.without.difference_K,
+                    band.difference_K_ratio});
     if (thresholds.difference_K) {
       std::string lost = "share with less than ";
       lost += threshold(*thresholds.difference_K) + " K of difference";
@@ -110,16 +113,20 @@ std::string confident_text(const std::optional<Confident>& c) {
   // As many digits as the interval lets one believe and one more, six at most.
   const double size = std::max(std::abs(c->value), half);
   int digits = 6;
-  if (half > 0) digits = std::clamp(2 + static_cast<int>(std::floor(std::log10(size)) - std::floor(std::log10(half))), 2, 6);
-  const auto text = [&](double value) { return std::abs(value) < 1e-12 * size ? std::string("0") : fmt::format("{:.{}g}", value, digits); };
+  if (half > 0)
+    digits = std::clamp(2 + static_cast<int>(std::floor(std::log10(size)) - std::floor(std::log10(half))), 2, 6);
+  const auto text = [&](double value) {
+    return std::abs(value) < 1e-12 * size ? std::string("0") : fmt::format("{:.{}g}", value, digits);
+  };
   const std::string value = text(c->value), low = text(c->low), high = text(c->high);
   if (value == low && value == high) return value;
   return fmt::format("{} [{}, {}]", value, low, high);
 }
 
 std::string object_text(const ObjectObscuration& object) {
-  return fmt::format("{:.4g} pixels, {} of them whole; surroundings: {} pixels within {} of it; {} lines of sight a pixel", object.mask.area(),
-                     object.mask.interior(), object.mask.ring_size(), object.mask.width, object.lines_per_pixel);
+  return fmt::format(
+      "{:.4g} pixels, {} of them whole; surroundings: {} pixels within {} of it; {} lines of sight a pixel",
+      object.mask.area(), object.mask.interior(), object.mask.ring_size(), object.mask.width, object.lines_per_pixel);
 }
 
 }  // namespace detail
@@ -152,7 +159,8 @@ std::string obscuration_table(const Obscuration& obscuration) {
     for (const std::string& note : object.notes) text += "  note: " + note + "\n";
   }
   for (const std::string& name : obscuration.left_out) text += "left out: " + name + "\n";
-  text += fmt::format("value [95 % interval] from {} replicas{}\n", obscuration.replicas, obscuration.partial ? "; stopped before the end" : "");
+  text += fmt::format("value [95 % interval] from {} replicas{}\n", obscuration.replicas,
+                      obscuration.partial ? "; stopped before the end" : "");
   return text;
 }
 
@@ -184,9 +192,11 @@ std::string obscuration_csv(const Obscuration& obscuration) {
       for (const auto& row : detail::obscuration_rows(band, obscuration.wish.thresholds)) {
         const auto add = [&](const char* which, const char* unit, const std::optional<Confident>& c) {
           if (!c) return;
-          const auto number = [](double value) { return std::isfinite(value) ? fmt::format("{}", value) : std::string(); };
-          text += fmt::format("{},{},{},{},{},{},{},{}\n", quoted(object.name), quoted(band.band), quoted(row.quantity), unit, which,
-                              number(c->value), number(c->low), number(c->high));
+          const auto number = [](double value) {
+            return std::isfinite(value) ? fmt::format("{}", value) : std::string();
+          };
+          text += fmt::format("{},{},{},{},{},{},{},{}\n", quoted(object.name), quoted(band.band), quoted(row.quantity),
+                              unit, which, number(c->value), number(c->low), number(c->high));
         };
         add("with", row.unit.c_str(), row.with);
         add("without", row.unit.c_str(), row.without);

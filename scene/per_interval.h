@@ -35,9 +35,12 @@ inline std::vector<double> emitted(const Description& scene, const std::vector<B
                                    const std::optional<double>& K, const std::optional<Spectrum>& radiance) {
   return per_interval(bands, [&](std::size_t b, int j) {
     switch (emitter(scene, scene.bands[b], K.has_value(), radiance.has_value())) {
-      case Emitter::planck: return bands[b].planck(j, *K);
-      case Emitter::radiance: return bands[b].integrate(j, *radiance);
-      case Emitter::none: break;
+      case Emitter::planck:
+        return bands[b].planck(j, *K);
+      case Emitter::radiance:
+        return bands[b].integrate(j, *radiance);
+      case Emitter::none:
+        break;
     }
     return 0.0;
   });

@@ -32,7 +32,8 @@ std::vector<int> spread_tiles(const Film& film) {
   std::vector<int> tiles;
   for (int k = 0; static_cast<int>(tiles.size()) < wanted; ++k) {
     double whole;
-    const double u = std::modf(0.5 + k * 0.7548776662466927, &whole), v = std::modf(0.5 + k * 0.5698402909980532, &whole);
+    const double u = std::modf(0.5 + k * 0.7548776662466927, &whole),
+                 v = std::modf(0.5 + k * 0.5698402909980532, &whole);
     const int tile = static_cast<int>(v * down) * across + static_cast<int>(u * across);
     if (std::find(tiles.begin(), tiles.end(), tile) == tiles.end()) tiles.push_back(tile);
   }
@@ -56,7 +57,8 @@ struct Score {
 
 class Trials {
  public:
-  Trials(Session& session, const Description& wish, const AccuracyGoal& goal, const RunClock& clock, const Progress& progress)
+  Trials(Session& session, const Description& wish, const AccuracyGoal& goal, const RunClock& clock,
+         const Progress& progress)
       : session_(session), wish_(wish), goal_(goal), clock_(clock), progress_(progress), begin_(clock()) {
     const Film film({wish.sensor.resolution, 1});
     tiles_ = spread_tiles(film);
@@ -103,7 +105,9 @@ class Trials {
   }
 
  private:
-  double time_left() const { return goal_.time_limit_s ? *goal_.time_limit_s - clock_() : std::numeric_limits<double>::infinity(); }
+  double time_left() const {
+    return goal_.time_limit_s ? *goal_.time_limit_s - clock_() : std::numeric_limits<double>::infinity();
+  }
   double target() const { return goal_.target_error ? *goal_.target_error - goal_.dropped : 0.0; }
 
   bool affordable(double seconds) const {
@@ -120,7 +124,9 @@ class Trials {
     const Light& light = session_.light(part);
     const double lit = clock_();
     if (light.bytes > 0) {
-      best_.most_photons = std::min(best_.most_photons, static_cast<std::uint64_t>(kMapBytes * static_cast<double>(light.emitted) / static_cast<double>(light.bytes)));
+      best_.most_photons =
+          std::min(best_.most_photons, static_cast<std::uint64_t>(kMapBytes * static_cast<double>(light.emitted) /
+                                                                  static_cast<double>(light.bytes)));
     }
     const Film film = session_.render(part, tiles_).film;
     Measurement result{lit - begin, (clock_() - lit) * whole_, 0, {}};
@@ -134,7 +140,8 @@ class Trials {
 
   static double bias_of(const Measurement& a, const Measurement& b) {
     double worst = 0;
-    for (std::size_t band = 0; band < a.bias.size(); ++band) worst = std::max(worst, bias_square({a.bias[band], b.bias[band]}).mean);
+    for (std::size_t band = 0; band < a.bias.size(); ++band)
+      worst = std::max(worst, bias_square({a.bias[band], b.bias[band]}).mean);
     return worst;
   }
 
@@ -164,7 +171,8 @@ class Trials {
         model.bias = 0;
         model.sample_s = std::max((more.image_s - few.image_s) / spread, kLeastShare * more.image_s / kMoreSamples);
         model.fixed_s = model.map_s + std::max(0.0, more.image_s - model.sample_s * kMoreSamples);
-        model.noise = std::max((few.square - more.square) * kFewSamples * kMoreSamples / spread, kLeastShare * more.square * kMoreSamples);
+        model.noise = std::max((few.square - more.square) * kFewSamples * kMoreSamples / spread,
+                               kLeastShare * more.square * kMoreSamples);
         model.floor = std::max(0.0, more.square - model.noise / kMoreSamples);
         if (recipe.method == MethodKind::photon) model.bias = std::max(0.0, bias_of(few, more));
       }
@@ -219,7 +227,9 @@ class Trials {
     const double left = time_left();
     const std::uint64_t photons = recipe.photons;
     for (double times = 1; times <= 256; times *= 2) {
-      if (times > 1 && (recipe.method != MethodKind::photon || !vary_photons || static_cast<double>(photons) * times > static_cast<double>(best_.most_photons))) break;
+      if (times > 1 && (recipe.method != MethodKind::photon || !vary_photons ||
+                        static_cast<double>(photons) * times > static_cast<double>(best_.most_photons)))
+        break;
       RecipeModel model = measured;
       model.least_samples = recipe.rays == RayStyle::uniform ? kUniformRays : 1;
       model.least_passes = least_passes(recipe);
@@ -271,9 +281,9 @@ class Trials {
   const RunClock& clock_;
   const Progress& progress_;
   double begin_;
-  double first_s_ = 0;      // of the latest first trial
+  double first_s_ = 0;  // of the latest first trial
   std::vector<int> tiles_;
-  double whole_ = 1;        // pixels of the picture for each of a trial
+  double whole_ = 1;  // pixels of the picture for each of a trial
   std::uint64_t seed_ = std::uint64_t{1} << 40;
   Pilot best_;
   Score best_score_;
@@ -282,7 +292,8 @@ class Trials {
 
 }  // namespace
 
-Pilot try_recipes(Session& session, const Description& wish, const AccuracyGoal& goal, const RunClock& clock, const Progress& progress) {
+Pilot try_recipes(Session& session, const Description& wish, const AccuracyGoal& goal, const RunClock& clock,
+                  const Progress& progress) {
   return Trials(session, wish, goal, clock, progress).run();
 }
 

@@ -17,6 +17,7 @@ struct Pilot {
 };
 
 /// @throws where every way is refused, as the last of them
-Pilot try_recipes(Session& session, const Description& wish, const AccuracyGoal& goal, const RunClock& clock, const Progress& progress);
+Pilot try_recipes(Session& session, const Description& wish, const AccuracyGoal& goal, const RunClock& clock,
+                  const Progress& progress);
 
 }  // namespace obscura

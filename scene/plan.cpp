@@ -61,7 +61,8 @@ MethodChoice choose_method(const Description& scene, const MediaSummary& summary
   };
   const bool again = effects.on("multiple scattering");
   if (!again && !reflects) return is(scene.render.method, "nothing is scattered twice: the method does not matter");
-  if (std::any_of(scene.beams.begin(), scene.beams.end(), [](const BeamDescription& beam) { return !(beam.radius_m > 0); })) {
+  if (std::any_of(scene.beams.begin(), scene.beams.end(),
+                  [](const BeamDescription& beam) { return !(beam.radius_m > 0); })) {
     return is(MethodKind::photon, "no path meets a beam without width");
   }
   if (summary.periodic && (!scene.objects.empty() || !scene.sources.empty() || !scene.particles.empty() || beams)) {
@@ -71,8 +72,10 @@ MethodChoice choose_method(const Description& scene, const MediaSummary& summary
   constexpr double kThin = 1, kFewPixels = 4096, kLowAlbedo = 0.6;
   if (depth < kThin) return is(MethodKind::path, "the clouds are thin: light scatters about once");
   if (pixels < kFewPixels) return is(MethodKind::path, "so few pixels do not repay a photon map");
-  if (!sunlit && order < kLowAlbedo) return is(MethodKind::path, "by their own and the sky's light, clouds that absorb most of it end paths soon");
-  return is(MethodKind::photon, sunlit ? "sunlit thick clouds: all pixels share the photons" : "light scatters many times: all pixels share the photons");
+  if (!sunlit && order < kLowAlbedo)
+    return is(MethodKind::path, "by their own and the sky's light, clouds that absorb most of it end paths soon");
+  return is(MethodKind::photon, sunlit ? "sunlit thick clouds: all pixels share the photons"
+                                       : "light scatters many times: all pixels share the photons");
 }
 
 /// The rays of a pixel share its samples. What is more than a pass can hold goes into further passes: of paths
@@ -83,7 +86,8 @@ void share_samples(const Description& scene, Plan& plan) {
   if (!plan.sampling.adaptive) plan.sampling.max_oversampling = std::min(plan.sampling.max_oversampling, samples);
   plan.sampling.samples = samples;
   // For whoever asks along single rays.
-  plan.radiance.points = std::clamp((samples + plan.sampling.max_oversampling - 1) / plan.sampling.max_oversampling, 1, kMostPoints);
+  plan.radiance.points =
+      std::clamp((samples + plan.sampling.max_oversampling - 1) / plan.sampling.max_oversampling, 1, kMostPoints);
   if (scene.render.method == MethodKind::path) {
     plan.passes = (samples + kMostPoints - 1) / kMostPoints;
     plan.sampling.samples = (samples + plan.passes - 1) / plan.passes;
@@ -117,11 +121,17 @@ Plan make_plan(const Description& scene, const MediaSummary& summary, double bud
   detail::Decisions effects = detail::decide(scene, summary, budget);
   const bool single = effects.on("single scattering"), multiple = effects.on("multiple scattering");
   const bool path = scene.render.method == MethodKind::path;
-  const bool reflects = effects.on("surfaces") && std::any_of(summary.intervals.begin(), summary.intervals.end(), [](const IntervalLimits& limits) { return limits.reflectance_max > 0; });
+  const bool reflects =
+      effects.on("surfaces") && std::any_of(summary.intervals.begin(), summary.intervals.end(),
+                                            [](const IntervalLimits& limits) { return limits.reflectance_max > 0; });
   // Surfaces light one another by the map too, unless all that it holds was left out by bound or wish.
-  const bool scatters = std::any_of(summary.intervals.begin(), summary.intervals.end(), [](const IntervalLimits& limits) { return limits.scattering_depth > 0; });
-  const auto dropped = [&](const PlanRow& row) { return row.effect == "multiple scattering" && !row.on && (row.bound || scene.render.effects.count(row.effect)); };
-  const bool again = multiple || (reflects && (!scatters || std::none_of(effects.rows.begin(), effects.rows.end(), dropped)));
+  const bool scatters = std::any_of(summary.intervals.begin(), summary.intervals.end(),
+                                    [](const IntervalLimits& limits) { return limits.scattering_depth > 0; });
+  const auto dropped = [&](const PlanRow& row) {
+    return row.effect == "multiple scattering" && !row.on && (row.bound || scene.render.effects.count(row.effect));
+  };
+  const bool again =
+      multiple || (reflects && (!scatters || std::none_of(effects.rows.begin(), effects.rows.end(), dropped)));
   plan.maps = !path && (again || !scene.flux.empty());
   const bool gather = gathers(scene, summary);
   const detail::Costs costs = detail::predict_costs(scene, summary, {gather, single, multiple});

@@ -12,8 +12,8 @@ constexpr double kRay = 1.0e-6;        // a camera ray, with its share of the fi
 constexpr double kMeet = 0.8e-6;       // a surface found or missed
 constexpr double kStep = 4e-9;         // a segment of the batched walk
 constexpr double kWalk = 25e-9;        // a segment of the walk in double, where emission is followed
-constexpr double kPoint = 1e-6;      // a scattering point placed, or a path's next one
-constexpr double kShadow = 1e-6;     // a shadow ray beside its segments
+constexpr double kPoint = 1e-6;        // a scattering point placed, or a path's next one
+constexpr double kShadow = 1e-6;       // a shadow ray beside its segments
 constexpr double kCollision = 0.6e-6;  // of a photon, stored
 constexpr double kBuild = 0.5e-6;      // a stored photon's part in the tree
 constexpr double kLookup = 0.05e-6;    // a photon found by an estimate
@@ -65,12 +65,15 @@ Costs predict_costs(const Description& scene, const MediaSummary& summary, const
 
     // Photons fly, collide and are sorted; the pass asks the map. Paths do all of it from the sensor.
     const double orders = interactions(limits);
-    const double share = 1.0 / static_cast<double>(summary.intervals.size()) * static_cast<double>(summary.bands.size());
+    const double share =
+        1.0 / static_cast<double>(summary.intervals.size()) * static_cast<double>(summary.bands.size());
     const double photons = static_cast<double>(render.photons) * share;
     const double traced = photons * (0.5e-6 + step + orders * (kCollision + 0.2 * step + kBuild));
-    const double samples = pixels * render.samples * std::max(limits.lost * (scatters && settings.single), reflects ? limits.surfaces_hit : 0.0);
+    const double samples = pixels * render.samples *
+                           std::max(limits.lost * (scatters && settings.single), reflects ? limits.surfaces_hit : 0.0);
     const double bounce = kPoint + step + kMeet + shadow * (suns + faces + spheres);
-    const double asked = settings.gathers ? samples * (2 * bounce + kLookup * render.nearest) : (points / 4 + reflecting) * kLookup * render.nearest;
+    const double asked = settings.gathers ? samples * (2 * bounce + kLookup * render.nearest)
+                                          : (points / 4 + reflecting) * kLookup * render.nearest;
     const bool maps = (scatters && settings.multiple) || reflects;
     const double by_photons = maps ? traced + asked : 0.0;
     const double by_paths = maps ? samples * bounce * (1 + std::min(orders, 200.0)) : 0.0;
@@ -91,7 +94,8 @@ Costs predict_costs(const Description& scene, const MediaSummary& summary, const
     cost_of(11) += masking;
   }
   // Of what several intervals cost, one is needed anyway.
-  const double intervals = static_cast<double>(summary.intervals.size()), bands = static_cast<double>(summary.bands.size());
+  const double intervals = static_cast<double>(summary.intervals.size()),
+               bands = static_cast<double>(summary.bands.size());
   cost_of(10) = intervals > bands ? (common + (path ? paths : photon)) * (1 - bands / intervals) : 0.0;
   costs.photon_s = common + photon;
   costs.path_s = common + paths;

@@ -14,7 +14,7 @@ struct Costs {
 };
 
 struct CostSettings {
-  bool gathers = false;  ///< method photon asks its map behind a bounce
+  bool gathers = false;                 ///< method photon asks its map behind a bounce
   bool single = true, multiple = true;  ///< these effects are on
 };
 

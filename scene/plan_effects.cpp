@@ -12,7 +12,20 @@ namespace {
 /// Share of the budget that what is dropped may use.
 constexpr double kDroppedShare = 0.1;
 
-enum Effect { absorption, emission, single_scattering, multiple_scattering, surfaces, specular, sun, sky, atmosphere, time, spectral, masking };
+enum Effect {
+  absorption,
+  emission,
+  single_scattering,
+  multiple_scattering,
+  surfaces,
+  specular,
+  sun,
+  sky,
+  atmosphere,
+  time,
+  spectral,
+  masking
+};
 
 /// An image error, as the metric divides: nothing is 0, even of a black picture.
 double over(double radiance, double scale) { return radiance > 0 ? (scale > 0 ? radiance / scale : kInfinity) : 0.0; }
@@ -76,7 +89,8 @@ class Decider {
     for (std::size_t c = 0; c < kept_.size(); ++c) {
       kept_[c] = summary_.clouds[c].in_view;
       // A cloud whose grids lie on several lattices goes whole.
-      for (const CloudSummary& cloud : summary_.clouds) kept_[c] = kept_[c] || (cloud.in_view && cloud.name == summary_.clouds[c].name);
+      for (const CloudSummary& cloud : summary_.clouds)
+        kept_[c] = kept_[c] || (cloud.in_view && cloud.name == summary_.clouds[c].name);
       std::vector<std::string>& names = result_.cuts.clouds;
       const std::string& name = summary_.clouds[c].name;
       if (!kept_[c] && std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
@@ -87,7 +101,8 @@ class Decider {
   void find_bounds() {
     std::vector<EffectBounds> sums(summary_.bands.size());
     for (const IntervalLimits& limits : limits_) {
-      const bool disc = std::find(summary_.disc_in_view.begin(), summary_.disc_in_view.end(), true) != summary_.disc_in_view.end();
+      const bool disc =
+          std::find(summary_.disc_in_view.begin(), summary_.disc_in_view.end(), true) != summary_.disc_in_view.end();
       const EffectBounds here = effect_bounds(limits, summary_.reach_m, disc);
       EffectBounds& sum = sums[static_cast<std::size_t>(limits.band)];
       sum.emission += here.emission;
@@ -135,17 +150,21 @@ class Decider {
       if (present) return say_nothing_lost(effect, away);
       say(effect, false, absent);
     };
-    const auto all = [this](auto&& test) { return std::any_of(summary_.intervals.begin(), summary_.intervals.end(), test); };
+    const auto all = [this](auto&& test) {
+      return std::any_of(summary_.intervals.begin(), summary_.intervals.end(), test);
+    };
     const auto absorbs = [](const IntervalLimits& limits) { return limits.absorption_depth > 0; };
     const auto emits = [](const IntervalLimits& limits) { return limits.emits; };
     const auto scatters = [](const IntervalLimits& limits) { return limits.scattering_depth > 0; };
     cloudy(absorption, any_interval(absorbs), all(absorbs), "a cloud absorbs", "no cloud absorbs");
     if (row(absorption).on && left_out) row(absorption).reason += "; left out: " + away;
-    cloudy(emission, any_interval(emits), all(emits), "a cloud emits", "no cloud has a temperature, source or emission");
+    cloudy(emission, any_interval(emits), all(emits), "a cloud emits",
+           "no cloud has a temperature, source or emission");
     const bool limited = scene_.sensor.scattering_depth == 0;
     cloudy(single_scattering, any_interval(scatters) && !limited, all(scatters) && !limited, "a cloud scatters",
            all(scatters) ? "scattering_depth is 0" : "no cloud scatters");
-    cloudy(multiple_scattering, row(single_scattering).on, all(scatters) && !limited, "a cloud scatters, and what it scatters may be scattered again",
+    cloudy(multiple_scattering, row(single_scattering).on, all(scatters) && !limited,
+           "a cloud scatters, and what it scatters may be scattered again",
            all(scatters) ? "scattering_depth is 0" : "no cloud scatters");
 
     const bool objects = !scene_.objects.empty();
@@ -153,12 +172,18 @@ class Decider {
     const bool spheres = any_interval([](const IntervalLimits& limits) { return limits.sphere_min < kInfinity; });
     say(surfaces, objects, objects ? "the scene has objects" : "the scene has no objects");
     say(specular, mirrors && scene_.sensor.specular_depth > 0,
-        !objects ? "the scene has no objects" : !mirrors ? "no object's material is mirror-like" : row(specular).on || scene_.sensor.specular_depth > 0 ? "a material is mirror-like" : "specular_depth is 0");
+        !objects                                               ? "the scene has no objects"
+        : !mirrors                                             ? "no object's material is mirror-like"
+        : row(specular).on || scene_.sensor.specular_depth > 0 ? "a material is mirror-like"
+                                                               : "specular_depth is 0");
     say_of_suns();
     const bool bright = any_interval([](const IntervalLimits& limits) { return limits.sky > 0; });
     say(sky, bright, bright ? "the sky is bright" : "the sky is dark");
     const bool air = any_interval([](const IntervalLimits& limits) { return limits.air_extinction > 0; });
-    say(atmosphere, air, air ? "the air absorbs" : scene_.atmosphere ? "the air's extinction is 0" : "the scene has no atmosphere");
+    say(atmosphere, air,
+        air                 ? "the air absorbs"
+        : scene_.atmosphere ? "the air's extinction is 0"
+                            : "the scene has no atmosphere");
     say(time, false, "nothing in the scene changes with time");
     say_of_intervals();
     say(masking, objects || spheres,
@@ -171,7 +196,8 @@ class Decider {
   /// Sun and moon: each may be dark in these bands, hidden from everything, or without anything to shine on.
   void say_of_suns() {
     const bool shines = any_interval([](const IntervalLimits& limits) { return limits.sun > 0; });
-    const bool acts = any_interval([](const IntervalLimits& limits) { return limits.scattering_depth > 0 || limits.reflectance_max > 0; });
+    const bool acts = any_interval(
+        [](const IntervalLimits& limits) { return limits.scattering_depth > 0 || limits.reflectance_max > 0; });
     if (!scene_.sun && !scene_.moon) return say(sun, false, "the scene has no sun and no moon");
     if (!shines) return say_nothing_lost(sun, "the bands have no solar part");
     std::string useless;
@@ -181,7 +207,8 @@ class Decider {
       const std::size_t n = number++;
       if (!only_image_) return false;
       if (summary_.shaded[n]) {
-        useless = wish->toward.z < 0 ? "below the horizon: the ground keeps its light from everything" : "a surface keeps its light from everything";
+        useless = wish->toward.z < 0 ? "below the horizon: the ground keeps its light from everything"
+                                     : "a surface keeps its light from everything";
         return true;
       }
       if (acts || summary_.disc_in_view[n]) return false;
@@ -196,7 +223,10 @@ class Decider {
       result_.cuts.moon = no_moon;
     }
     const bool low = (!with_sun || scene_.sun->toward.z < 0) && (!with_moon || scene_.moon->toward.z < 0);
-    say(sun, true, with_sun && with_moon ? "the scene has a sun and a moon" : with_sun ? "the scene has a sun" : "the scene has a moon");
+    say(sun, true,
+        with_sun && with_moon ? "the scene has a sun and a moon"
+        : with_sun            ? "the scene has a sun"
+                              : "the scene has a moon");
     if (low) row(sun).reason += ", below the horizon: nothing keeps its light from everything";
   }
 
@@ -207,7 +237,8 @@ class Decider {
     bool several = false;
     for (std::size_t b = 0; b < scene_.bands.size(); ++b) {
       several = several || solved[b] > 1;
-      if (scene_.bands[b].samples > 1 && !scene_.bands[b].grey() && solved[b] == 1) alike.push_back(scene_.bands[b].name);
+      if (scene_.bands[b].samples > 1 && !scene_.bands[b].grey() && solved[b] == 1)
+        alike.push_back(scene_.bands[b].name);
     }
     if (several) {
       say(spectral, true, "a band has several intervals");
@@ -241,8 +272,10 @@ class Decider {
       if (!here.on) continue;  // nothing of it is left anyway
       switch_off(effect);
     }
-    if (forced(absorption) == false && row(emission).on) switch_off(emission, "absorption is forced off, and what does not absorb does not emit");
-    if (forced(single_scattering) == false && row(multiple_scattering).on) switch_off(multiple_scattering, "single scattering is forced off");
+    if (forced(absorption) == false && row(emission).on)
+      switch_off(emission, "absorption is forced off, and what does not absorb does not emit");
+    if (forced(single_scattering) == false && row(multiple_scattering).on)
+      switch_off(multiple_scattering, "single scattering is forced off");
     if (forced(masking) == false) {
       for (const Effect effect : {surfaces, specular}) {
         if (row(effect).on) switch_off(effect, "masking is forced off: nothing opaque is left");
@@ -260,13 +293,14 @@ class Decider {
     taken_.push_back(effect);
     if (why != "forced off") return;
     result_.warnings.push_back("the effect \"" + here.effect + "\" is forced off: " +
-                               (bounded ? fmt::format("the image may be wrong by up to {:.2g} of its values", *here.bound)
-                                        : std::string("how wrong the image is, no bound says")));
+                               (bounded
+                                    ? fmt::format("the image may be wrong by up to {:.2g} of its values", *here.bound)
+                                    : std::string("how wrong the image is, no bound says")));
   }
 
   static bool droppable(Effect effect) {
-    return effect == emission || effect == single_scattering || effect == multiple_scattering || effect == specular || effect == sun ||
-           effect == sky || effect == atmosphere;
+    return effect == emission || effect == single_scattering || effect == multiple_scattering || effect == specular ||
+           effect == sun || effect == sky || effect == atmosphere;
   }
 
   /// Smallest bounds first, while their sum fits.
@@ -279,7 +313,8 @@ class Decider {
       if (effect == single_scattering && forced(multiple_scattering) == true) continue;
       candidates.push_back(effect);
     }
-    std::stable_sort(candidates.begin(), candidates.end(), [this](Effect a, Effect b) { return bound_of(a) < bound_of(b); });
+    std::stable_sort(candidates.begin(), candidates.end(),
+                     [this](Effect a, Effect b) { return bound_of(a) < bound_of(b); });
     double sum = 0;
     bool fits = true;
     for (const Effect effect : candidates) {
@@ -287,13 +322,15 @@ class Decider {
       // Nothing is left out where more than the picture is measured, but what is nothing.
       fits = fits && (only_image_ || bound == 0) && sum + bound <= most_;
       if (!fits) {
-        row(effect).reason += bound < 1 ? fmt::format("; its bound is {:.2g}", bound) : std::string("; its share has no useful bound");
+        row(effect).reason +=
+            bound < 1 ? fmt::format("; its bound is {:.2g}", bound) : std::string("; its share has no useful bound");
         continue;
       }
       sum += bound;
       row(effect).on = false;
       row(effect).bound = bound;
-      row(effect).reason = bound > 0 ? fmt::format("{}: at most {:.2g} of the image", too_little(effect), bound) : too_little(effect);
+      row(effect).reason =
+          bound > 0 ? fmt::format("{}: at most {:.2g} of the image", too_little(effect), bound) : too_little(effect);
     }
     if (!row(single_scattering).on && row(multiple_scattering).on && forced(multiple_scattering) != true) {
       say(multiple_scattering, false, "single scattering is off");
@@ -302,21 +339,31 @@ class Decider {
 
   std::string too_little(Effect effect) const {
     switch (effect) {
-      case emission: return "clouds emit too little to show";
-      case single_scattering: return "clouds scatter too little to show";
-      case multiple_scattering: return "too little is scattered again to show";
-      case specular: return "mirrors reflect too little to show";
-      case sun: return "too little of it is scattered or reflected to show";
-      case sky: return "the sky is too dark to show";
-      case atmosphere: return fmt::format("within {:.4g} m the air changes too little to show", summary_.reach_m);
-      default: return "";
+      case emission:
+        return "clouds emit too little to show";
+      case single_scattering:
+        return "clouds scatter too little to show";
+      case multiple_scattering:
+        return "too little is scattered again to show";
+      case specular:
+        return "mirrors reflect too little to show";
+      case sun:
+        return "too little of it is scattered or reflected to show";
+      case sky:
+        return "the sky is too dark to show";
+      case atmosphere:
+        return fmt::format("within {:.4g} m the air changes too little to show", summary_.reach_m);
+      default:
+        return "";
     }
   }
 
   void make_cuts() {
     Cuts& cuts = result_.cuts;
     const auto off = [this](Effect effect) { return !row(effect).on; };
-    const auto taken = [this](Effect effect) { return std::find(taken_.begin(), taken_.end(), effect) != taken_.end(); };
+    const auto taken = [this](Effect effect) {
+      return std::find(taken_.begin(), taken_.end(), effect) != taken_.end();
+    };
     cuts.absorption = taken(absorption);
     cuts.emission = off(emission) && any_interval([](const IntervalLimits& limits) { return limits.emits; });
     // A specular_depth of 0 ends camera rays at mirrors; photons still go by them.
@@ -326,7 +373,8 @@ class Decider {
     cuts.sun = scene_.sun && (cuts.sun || off(sun));
     cuts.moon = scene_.moon && (cuts.moon || off(sun));
     cuts.sky = off(sky) && any_interval([](const IntervalLimits& limits) { return limits.sky > 0; });
-    cuts.atmosphere = off(atmosphere) && any_interval([](const IntervalLimits& limits) { return limits.air_extinction > 0; });
+    cuts.atmosphere =
+        off(atmosphere) && any_interval([](const IntervalLimits& limits) { return limits.air_extinction > 0; });
   }
 
   const Description& scene_;
@@ -346,6 +394,8 @@ bool Decisions::on(const std::string& effect) const {
   return std::any_of(rows.begin(), rows.end(), [&](const PlanRow& row) { return row.effect == effect && row.on; });
 }
 
-Decisions decide(const Description& scene, const MediaSummary& summary, double budget) { return Decider(scene, summary, budget).run(); }
+Decisions decide(const Description& scene, const MediaSummary& summary, double budget) {
+  return Decider(scene, summary, budget).run();
+}
 
 }  // namespace obscura::detail

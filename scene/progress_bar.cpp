@@ -9,7 +9,7 @@ namespace obscura {
 namespace {
 
 constexpr int kBarWidth = 24;
-constexpr double kRedraw = 0.1;      // s, on a terminal
+constexpr double kRedraw = 0.1;       // s, on a terminal
 constexpr double kPlainEvery = 10.0;  // s, between plain lines
 constexpr double kWorthALine = 1.0;   // s
 

@@ -12,7 +12,7 @@ namespace obscura {
 /// Takes Progress reports from any thread; never slows the work down by more than a try-lock.
 class ProgressBar {
  public:
-  using Clock = std::function<double()>;                 ///< seconds, from any origin
+  using Clock = std::function<double()>;                ///< seconds, from any origin
   using Write = std::function<void(std::string_view)>;  ///< where the text goes (stderr)
 
   /// @param terminal draws in place; otherwise whole lines: at most one in 10 s, and one for each

@@ -1,9 +1,9 @@
 #include "scene/recipe.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-
-#include <fmt/format.h>
 
 #include "photon/radiance.h"
 #include "scene/session.h"
@@ -22,7 +22,8 @@ double best_samples(const RecipeModel& model) {
 }
 
 int whole(double samples, const RecipeModel& model) {
-  return static_cast<int>(std::clamp(std::ceil(samples), static_cast<double>(model.least_samples), static_cast<double>(kMostPoints)));
+  return static_cast<int>(
+      std::clamp(std::ceil(samples), static_cast<double>(model.least_samples), static_cast<double>(kMostPoints)));
 }
 
 }  // namespace
@@ -63,7 +64,8 @@ PassPlan plan_for_time(const RecipeModel& model, double seconds) {
   // Several passes, of which none has more samples than its share of the time lets it have.
   const double longest = seconds / kTimedPasses;
   double samples = best_samples(model);
-  if (model.sample_s > 0) samples = std::min(samples, std::max(1.0, std::floor((longest - model.fixed_s) / model.sample_s)));
+  if (model.sample_s > 0)
+    samples = std::min(samples, std::max(1.0, std::floor((longest - model.fixed_s) / model.sample_s)));
   plan.samples = whole(std::floor(samples), model);
   plan.passes = static_cast<int>(std::clamp(std::floor(seconds / model.pass_s(plan.samples)), 1.0, 1e9));
   plan.seconds = plan.passes * model.pass_s(plan.samples);
@@ -87,7 +89,8 @@ void apply(const Recipe& recipe, const Description& wish, std::uint64_t seed, Se
     sensor.max_oversampling = std::max(kUniformRays, limits.adaptive() ? 0 : sensor.max_oversampling);
   } else if (recipe.rays == RayStyle::fine) {
     sensor.max_oversampling *= 4;
-    for (double* limit : {&limits.depth, &limits.temperature_K, &limits.emissivity, &limits.shadow, &limits.transmission, &limits.radiance}) {
+    for (double* limit : {&limits.depth, &limits.temperature_K, &limits.emissivity, &limits.shadow,
+                          &limits.transmission, &limits.radiance}) {
       *limit *= 0.5;
     }
   }

@@ -36,12 +36,12 @@ struct Recipe {
 ///
 ///     seconds = fixed_s + sample_s * samples,   square = floor + noise / samples (+ bias once, whatever is averaged)
 struct RecipeModel {
-  double map_s = 0;     ///< of fixed_s, in proportion to the photons
-  double fixed_s = 0;   ///< map, rays and what decides about them
+  double map_s = 0;    ///< of fixed_s, in proportion to the photons
+  double fixed_s = 0;  ///< map, rays and what decides about them
   double sample_s = 0;
-  double floor = 0;     ///< rays and photon map; a pass of its own halves it, more samples do not
+  double floor = 0;  ///< rays and photon map; a pass of its own halves it, more samples do not
   double noise = 0;
-  double bias = 0;      ///< squared
+  double bias = 0;  ///< squared
   int least_samples = 1;
   int least_passes = 2;  ///< that know their own error, biases included
 
@@ -60,10 +60,13 @@ struct PassPlan {
 /// Rays of a uniform pixel: fewer could not tell their own error (film.h). Each has a sample at least.
 inline constexpr int kUniformRays = 4;
 
-/// Into so many passes, at least, the samples of an image are divided: one that falls short costs one more, not all again.
+/// Into so many passes, at least, the samples of an image are divided: one that falls short costs one more, not all
+/// again.
 inline constexpr int kFewestPasses = 2;
 /// Passes that know their own error: a photon map's bias is told by two maps.
-inline int least_passes(const Recipe& recipe) { return recipe.method == MethodKind::photon && recipe.photons > 0 ? 2 : 1; }
+inline int least_passes(const Recipe& recipe) {
+  return recipe.method == MethodKind::photon && recipe.photons > 0 ? 2 : 1;
+}
 
 /// The cheapest plan for an image error; none where the bias alone exceeds it.
 std::optional<PassPlan> plan_for_error(const RecipeModel& model, double image_error);

@@ -11,9 +11,9 @@ struct Cuts {
   std::vector<std::string> clouds;  ///< names of clouds that no ray meets
   bool absorption = false;
   bool emission = false;
-  bool surfaces = false;            ///< objects
-  bool spheres = false;             ///< hot spheres and particles
-  bool specular = false;            ///< what mirrors reflect is reflected by chalk
+  bool surfaces = false;  ///< objects
+  bool spheres = false;   ///< hot spheres and particles
+  bool specular = false;  ///< what mirrors reflect is reflected by chalk
   bool sun = false, moon = false;
   bool sky = false;
   bool atmosphere = false;
@@ -25,8 +25,8 @@ struct Cuts {
 /// A copy without them; octrees and meshes are shared.
 WorldContents reduced(const WorldContents& whole, const Cuts& cuts);
 
-/// Bands whose optics (extinction, albedo, emissivity, air) are the same in all their intervals, bit for bit, are solved
-/// as one: radiances add up, so nothing changes. `effects` may keep all intervals, or give every band one.
+/// Bands whose optics (extinction, albedo, emissivity, air) are the same in all their intervals, bit for bit, are
+/// solved as one: radiances add up, so nothing changes. `effects` may keep all intervals, or give every band one.
 Description with_fewest_intervals(const Description& scene);
 
 }  // namespace obscura

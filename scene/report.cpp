@@ -1,8 +1,7 @@
 #include "scene/report.h"
 
-#include <nlohmann/json.hpp>
-
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 namespace obscura {
 namespace {
@@ -92,9 +91,8 @@ std::string to_json(const Report& report) {
                             {"escaped_W", number(e.escaped_W)},
                             {"truncated_W", number(e.truncated_W)}};
   }
-  json["photons"] = {{"emitted", report.photons.emitted},
-                     {"stored", report.photons.stored},
-                     {"bytes", report.photons.bytes}};
+  json["photons"] = {
+      {"emitted", report.photons.emitted}, {"stored", report.photons.stored}, {"bytes", report.photons.bytes}};
   json["octree"] = Json::array();
   for (const OctreeReport& o : report.octree) {
     json["octree"].push_back({{"name", o.name},
@@ -128,9 +126,8 @@ std::string to_json(const Report& report) {
   for (const FluxReport& flux : report.flux) {
     Json entry = {{"name", flux.name}};
     for (const auto& [band, value] : flux.bands) {
-      entry[band] = {{"forward", number(value.forward)},
-                     {"backward", number(value.backward)},
-                     {"error", number(value.error)}};
+      entry[band] = {
+          {"forward", number(value.forward)}, {"backward", number(value.backward)}, {"error", number(value.error)}};
     }
     json["flux"].push_back(std::move(entry));
   }

@@ -16,15 +16,15 @@ struct PlanRow {
   std::string effect;
   bool on = false;
   std::string reason;
-  std::optional<double> bound;  ///< none: nothing was left out on a bound
+  std::optional<double> bound;                  ///< none: nothing was left out on a bound
   std::optional<double> cost_s = std::nullopt;  ///< predicted seconds of one core; none: not known, or not on its own
 };
 
 /// How the accuracy is spent, as image errors (DESIGN.md 9).
 struct BudgetReport {
-  double total = 1e-3;   ///< what the user allows
-  double dropped = 0;    ///< sum of the bounds of effects that are off though present
-  double sampled = 1e-3; ///< what is left for everything that is sampled
+  double total = 1e-3;    ///< what the user allows
+  double dropped = 0;     ///< sum of the bounds of effects that are off though present
+  double sampled = 1e-3;  ///< what is left for everything that is sampled
 };
 
 /// The method that ran and the one that the plan would take.
@@ -99,14 +99,14 @@ struct TrialReport {
 /// Of an image with a target error or a time limit.
 struct AccuracyReport {
   std::optional<double> target_error = std::nullopt, time_limit_s = std::nullopt;
-  double error = 0;                       ///< estimated image error
-  std::array<double, 2> interval{0, 0};   ///< its 95 % interval
+  double error = 0;                         ///< estimated image error
+  std::array<double, 2> interval{0, 0};     ///< its 95 % interval
   double noise = 0, bias = 0, dropped = 0;  ///< parts of it; dropped: bound of what the plan has left out
-  bool reached = false;                   ///< the interval's upper end is at most the target
-  std::string ended;                      ///< "target", "time", "bias", "cancelled"
+  bool reached = false;                     ///< the interval's upper end is at most the target
+  std::string ended;                        ///< "target", "time", "bias", "cancelled"
   std::string method;
-  std::uint64_t photons = 0;              ///< of a pass, per band
-  int samples = 0;                        ///< of a pass, per pixel
+  std::uint64_t photons = 0;  ///< of a pass, per band
+  int samples = 0;            ///< of a pass, per pixel
   int passes = 0;
   std::vector<TrialReport> trials;
 };
@@ -129,7 +129,7 @@ struct Report {
   PhotonReport photons;
   std::vector<OctreeReport> octree;
   FootprintReport footprint;
-  std::optional<AccuracyReport> accuracy = std::nullopt;         ///< where a target or a time was given
+  std::optional<AccuracyReport> accuracy = std::nullopt;  ///< where a target or a time was given
   double peak_MiB = 0;
   std::vector<std::pair<std::string, double>> time_s;            ///< per stage
   std::vector<std::pair<std::string, std::uint64_t>> rays;       ///< per criterion

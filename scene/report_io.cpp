@@ -1,10 +1,10 @@
 // The report's file.
-#include "scene/report.h"
-#include "sensor/whole_file_io.h"
+#include <sys/resource.h>
 
 #include <ostream>
 
-#include <sys/resource.h>
+#include "scene/report.h"
+#include "sensor/whole_file_io.h"
 
 namespace obscura {
 

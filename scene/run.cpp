@@ -1,10 +1,10 @@
 #include "scene/run.h"
 
-#include <chrono>
-
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
+
+#include <chrono>
 
 #include "photon/fluence.h"
 #include "photon/path_tracer.h"
@@ -29,12 +29,15 @@ class Stages {
   }
   /// The stages of an image in passes, each of which is many stretches of time.
   void end(const Accuracy& accuracy) {
-    for (const auto& [stage, seconds] : {std::pair("pilot", accuracy.pilot_s), {"photons", accuracy.photons_s}, {"image", accuracy.image_s}}) {
+    for (const auto& [stage, seconds] :
+         {std::pair("pilot", accuracy.pilot_s), {"photons", accuracy.photons_s}, {"image", accuracy.image_s}}) {
       seconds_.emplace_back(stage, seconds);
     }
     last_ = since_begin();
   }
-  double since_begin() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
+  double since_begin() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+  }
   std::vector<std::pair<std::string, double>> take() { return std::move(seconds_); }
 
  private:
@@ -149,9 +152,8 @@ Report make_report(const Description& scene, const Session& session, const Light
   for (std::size_t w = 0; w < kWorkNames.size(); ++w) {
     report.work.emplace_back(kWorkNames[w], work[static_cast<Work>(w)]);
   }
-  report.anomalies = {{"photons", light.anomalies},
-                      {"radiance", rendered.counts.anomalies},
-                      {"film", rendered.film.anomalies()}};
+  report.anomalies = {
+      {"photons", light.anomalies}, {"radiance", rendered.counts.anomalies}, {"film", rendered.film.anomalies()}};
   report.flux = flux_of(session, light);
   report.warnings = scene.warnings;
   report.warnings.insert(report.warnings.end(), session.plan().warnings.begin(), session.plan().warnings.end());
@@ -167,7 +169,8 @@ Report make_report(const Description& scene, const Session& session, const Light
     }
   }
   if (scene.render.directions == Directions::regular) {
-    report.warnings.push_back("directions are \"regular\": batches are no replicas, so the errors say nothing about photons");
+    report.warnings.push_back(
+        "directions are \"regular\": batches are no replicas, so the errors say nothing about photons");
   }
   report.partial = light.partial || rendered.film.partial();
   return report;
@@ -190,11 +193,14 @@ void add_accuracy(const Accuracy& made, Report& report) {
   to.photons = made.recipe.method == MethodKind::path ? 0 : made.recipe.photons;
   to.samples = made.recipe.samples;
   to.passes = made.passes;
-  for (const PilotTrial& trial : made.trials) to.trials.push_back({trial.recipe.text(), trial.seconds, trial.predicted_s, trial.predicted_error});
+  for (const PilotTrial& trial : made.trials)
+    to.trials.push_back({trial.recipe.text(), trial.seconds, trial.predicted_s, trial.predicted_error});
   if (!made.goal.target_error || to.reached) return;
   std::string warning = "target_error " + percent(*made.goal.target_error);
-  warning += " was not reached: the image error is " + percent(made.error) + " (95 %: " + percent(made.low) + " to " + percent(made.high) + "); ";
-  if (made.ended == "bias") warning += "the bias of method " + to.method + ", " + percent(made.bias) + ", does not let it";
+  warning += " was not reached: the image error is " + percent(made.error) + " (95 %: " + percent(made.low) + " to " +
+             percent(made.high) + "); ";
+  if (made.ended == "bias")
+    warning += "the bias of method " + to.method + ", " + percent(made.bias) + ", does not let it";
   if (made.ended == "time") warning += "time_limit_s came first";
   if (made.ended == "cancelled") warning += "the run was stopped";
   report.warnings.push_back(std::move(warning));
@@ -218,7 +224,8 @@ ImageOrigin origin_of(const Description& scene, const Session& session, double t
 // The detector's channels, beside those that stay as they are.
 void add_detector(const Session& session, double time_s, RunResult& result) {
   const Description& scene = session.scene();
-  for (const DetectorTally& t : detect(result.image, session.world().bands(), scene.sensor.detector, {scene.render.seed, time_s})) {
+  for (const DetectorTally& t :
+       detect(result.image, session.world().bands(), scene.sensor.detector, {scene.render.seed, time_s})) {
     result.report.detector.push_back({t.band, {t.dead, t.above, t.below}});
     if (t.above + t.below == 0) continue;
     result.report.warnings.push_back("the detector's range cuts " + std::to_string(t.above) + " pixels above and " +
@@ -235,7 +242,8 @@ AccurateImage make_image(Session& session, Stages& stages, const Progress& progr
   const RenderDescription& wish = session.scene().render;
   if (wish.target_error || wish.time_limit_s) {
     const AccuracyGoal goal{wish.target_error, wish.time_limit_s, session.plan().budget.dropped};
-    AccurateImage made = render_to_goal(session, goal, [&stages] { return stages.since_begin(); }, progress);
+    AccurateImage made = render_to_goal(
+        session, goal, [&stages] { return stages.since_begin(); }, progress);
     stages.end(made.accuracy);
     return made;
   }
@@ -250,7 +258,8 @@ AccurateImage make_image(Session& session, Stages& stages, const Progress& progr
 }  // namespace
 
 RunResult run_scene(const Description& scene, const RunOptions& options, const Progress& progress) {
-  const auto threads = static_cast<std::size_t>(options.threads > 0 ? options.threads : tbb::this_task_arena::max_concurrency());
+  const auto threads =
+      static_cast<std::size_t>(options.threads > 0 ? options.threads : tbb::this_task_arena::max_concurrency());
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
   const double time_s = options.time_s.value_or(scene.time_s);
   Stages stages;
@@ -265,7 +274,8 @@ RunResult run_scene(const Description& scene, const RunOptions& options, const P
   if (!progress.cancelled()) report.probes = probe(session);
   stages.end("report");
 
-  RunResult result{develop(rendered.film, session.world().bands(), origin_of(scene, session, time_s)), std::move(report), {}};
+  RunResult result{
+      develop(rendered.film, session.world().bands(), origin_of(scene, session, time_s)), std::move(report), {}};
   add_detector(session, time_s, result);
   if (result.report.partial) result.image.metadata["obscura:partial"] = 1;
   result.report.time_s = stages.take();

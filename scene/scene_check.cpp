@@ -1,13 +1,13 @@
 #include "scene/scene_check.h"
 
-#include "scene/scene_words.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
+
+#include "scene/scene_words.h"
 
 namespace obscura::detail {
 namespace {
@@ -114,7 +114,8 @@ void check_grey(Findings& findings, const Description& scene) {
     check_either("/environment/sky", scene.sky->K.has_value(), scene.sky->radiance.has_value(), false);
   }
   if (scene.atmosphere) {
-    check_either("/environment/atmosphere", scene.atmosphere->K.has_value(), scene.atmosphere->radiance.has_value(), false);
+    check_either("/environment/atmosphere", scene.atmosphere->K.has_value(), scene.atmosphere->radiance.has_value(),
+                 false);
   }
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const ObjectDescription& object = scene.objects[i];
@@ -156,8 +157,9 @@ void check_grids(Findings& findings, const CloudDescription& cloud, const std::s
   if (!cloud.puffs && (!cloud.grid || cloud.grid->kind == GridKind::file)) return;
   const auto check = [&](const std::string& at, const std::string& name) {
     if (std::find(grids.begin(), grids.end(), name) != grids.end()) return;
-    findings.problem(at, fmt::format("{} no grid \"{}\"", cloud.puffs ? "puffs have" : "a shape has", name),
-                     cloud.puffs ? "they have density and temperature" : "it has density alone; a temperature can be {\"K\": 300}");
+    findings.problem(
+        at, fmt::format("{} no grid \"{}\"", cloud.puffs ? "puffs have" : "a shape has", name),
+        cloud.puffs ? "they have density and temperature" : "it has density alone; a temperature can be {\"K\": 300}");
   };
   for (std::size_t i = 0; i < cloud.media.size(); ++i) {
     check(pointer_to(pointer_to(pointer_to(pointer, "media"), i), "density"), cloud.media[i].density);
@@ -175,9 +177,8 @@ void check_clouds(Findings& findings, Description& scene) {
     check_grids(findings, cloud, pointer);
     if (cloud.grid && cloud.grid->kind != GridKind::file && cloud.grid->voxel_m > 0) {
       const GridDescription& grid = *cloud.grid;
-      const double size = grid.kind == GridKind::sphere
-                              ? 2 * grid.radius_m
-                              : std::max({grid.size_m.x, grid.size_m.y, grid.size_m.z});
+      const double size =
+          grid.kind == GridKind::sphere ? 2 * grid.radius_m : std::max({grid.size_m.x, grid.size_m.y, grid.size_m.z});
       if (size / grid.voxel_m > 1e6) {
         findings.problem(pointer_to(pointer_to(pointer, "grid"), "voxel_m"),
                          fmt::format("{:g} m are {:.3g} voxels", size, size / grid.voxel_m),
@@ -192,8 +193,8 @@ void check_clouds(Findings& findings, Description& scene) {
     if (cloud.temperature || cloud.source || !(cloud.emission == Spectrum::constant(0))) continue;
     for (const BandDescription& band : scene.bands) {
       if (band.um && (*band.um)[1] > 2.5) {
-        findings.warn(fmt::format("cloud \"{}\" has no temperature: it does not emit in band \"{}\"", cloud.name,
-                                  band.name));
+        findings.warn(
+            fmt::format("cloud \"{}\" has no temperature: it does not emit in band \"{}\"", cloud.name, band.name));
       }
     }
   }
@@ -206,8 +207,9 @@ void check_objects(Findings& findings, Description& scene) {
   const bool unread = scene.materials.empty() && findings.bad("/materials");
   const auto check_material = [&](const std::string& pointer, const std::string& name) {
     if (scene.materials.count(name) || unread) return;
-    findings.problem(pointer, fmt::format("there is no material \"{}\"", name),
-                     names.empty() ? "describe it in \"materials\", or leave it out: emissivity 1" : suggest(name, names));
+    findings.problem(
+        pointer, fmt::format("there is no material \"{}\"", name),
+        names.empty() ? "describe it in \"materials\", or leave it out: emissivity 1" : suggest(name, names));
   };
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const ObjectDescription& object = scene.objects[i];
@@ -249,7 +251,8 @@ void check_sensor(Findings& findings, SensorDescription& s) {
       }
       if (findings.good("/sensor/fov_deg")) findings.warn("/sensor/fov_deg: an orthographic camera does not use it");
       break;
-    case Projection::fisheye: break;
+    case Projection::fisheye:
+      break;
   }
   if (s.projection != Projection::orthographic && findings.good("/sensor/width_m")) {
     findings.warn("/sensor/width_m: only an orthographic camera uses it");
@@ -285,8 +288,8 @@ void check_detector(Findings& findings, const Description& scene) {
       findings.problem(pointer_to(pointer, "ner"), "\"nedt_K\" and \"ner\" are both given", "give one of them");
     }
   }
-  for (const auto& [one, other] : {std::pair{"integration_s", "reference_integration_s"},
-                                   std::pair{"reference_integration_s", "integration_s"}}) {
+  for (const auto& [one, other] :
+       {std::pair{"integration_s", "reference_integration_s"}, std::pair{"reference_integration_s", "integration_s"}}) {
     if (!findings.good(at(one)) || findings.good(at(other)) || findings.bad(at(other))) continue;
     if (one == std::string("integration_s") ? !d.integration_s : !d.reference_integration_s) continue;
     findings.problem(at(other), fmt::format("\"{}\" is missing: \"{}\" is given", other, one),
@@ -326,7 +329,8 @@ void check_description(Findings& findings, Description& scene) {
     findings.warn("/render/samples: method photon without final gather does not use it");
   }
   if (scene.render.final_gather == 1 && scene.sensor.scattering_depth) {
-    findings.problem("/render/final_gather", "photons of the map may have scattered scattering_depth times before the bounce",
+    findings.problem("/render/final_gather",
+                     "photons of the map may have scattered scattering_depth times before the bounce",
                      "leave \"final_gather\" or \"scattering_depth\" out");
   }
 }

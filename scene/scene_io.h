@@ -1,12 +1,12 @@
 // Reads scene files.
 #pragma once
 
-#include "octree/base/error.h"
-#include "scene/description.h"
-
 #include <filesystem>
 #include <string>
 #include <vector>
+
+#include "octree/base/error.h"
+#include "scene/description.h"
 
 namespace obscura {
 

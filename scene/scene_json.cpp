@@ -52,13 +52,12 @@ class TreeBuilder : public nlohmann::json_sax<Json> {
     return true;
   }
 
-  bool parse_error(std::size_t byte, const std::string& token,
-                   const nlohmann::detail::exception& error) override {
+  bool parse_error(std::size_t byte, const std::string& token, const nlohmann::detail::exception& error) override {
     std::string what = error.what();  // "[json.exception.parse_error.101] parse error at line 1, column 2: ..."
     if (const auto colon = what.find(": "); colon != std::string::npos) what.erase(0, colon + 2);
     if (what.find("number overflow") != std::string::npos) what = "the number " + token + " is too large";
-    throw InputError(fmt::format("{}: {}", name_, line_and_column(text_, byte)),
-                     "not valid JSON: " + what, "correct the text there or just before");
+    throw InputError(fmt::format("{}: {}", name_, line_and_column(text_, byte)), "not valid JSON: " + what,
+                     "correct the text there or just before");
   }
 
  private:
@@ -169,9 +168,7 @@ std::string pointer_to(const std::string& parent, std::string_view key) {
   return result;
 }
 
-std::string pointer_to(const std::string& parent, std::size_t index) {
-  return parent + '/' + std::to_string(index);
-}
+std::string pointer_to(const std::string& parent, std::size_t index) { return parent + '/' + std::to_string(index); }
 
 Json parse_json(std::string_view text, const std::string& name, std::vector<Problem>& problems) {
   TreeBuilder builder(text, name, problems);
@@ -201,8 +198,7 @@ std::string set_value(Json& document, const std::string& pointer, const Json& va
       if (token.empty()) return "a key is missing between two \"/\"";
       node = &(*node)[token];
     } else {
-      return fmt::format("there is nothing below {}, which is {}", pointer.substr(0, begin - 1),
-                         describe_value(*node));
+      return fmt::format("there is nothing below {}, which is {}", pointer.substr(0, begin - 1), describe_value(*node));
     }
     if (end == pointer.size()) break;
     begin = end + 1;
@@ -235,7 +231,8 @@ std::string describe_value(const Json& value) {
     return text;
   };
   if (value.is_object()) return value.empty() ? "an empty object {}" : "an object {...}";
-  if (value.is_array()) return value.size() <= 4 ? "the list " + shortened() : fmt::format("a list of {}", value.size());
+  if (value.is_array())
+    return value.size() <= 4 ? "the list " + shortened() : fmt::format("a list of {}", value.size());
   if (value.is_string()) return "the text " + shortened();
   if (value.is_null()) return "null";
   return shortened();

@@ -2,13 +2,12 @@
 // and a hash of the values. Knows no key of a scene.
 #pragma once
 
-#include "octree/base/error.h"
-
 #include <nlohmann/json.hpp>
-
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "octree/base/error.h"
 
 namespace obscura::detail {
 

@@ -6,10 +6,10 @@
 //   v.exactly_one(keys): one of these keys has to be given
 #pragma once
 
+#include <cmath>
+
 #include "scene/scene_json.h"
 #include "scene/scene_limits.h"
-
-#include <cmath>
 
 namespace obscura::detail {
 
@@ -284,16 +284,19 @@ void keys(V& v, EnvironmentDescription& e) {
 
 template <class V>
 void keys(V& v, AntialiasingDescription& a) {
-  v.optional("polygons", a.polygons, between(0, 1e9), "refine where the spot holds at least this many different polygons; 0: everywhere");
+  v.optional("polygons", a.polygons, between(0, 1e9),
+             "refine where the spot holds at least this many different polygons; 0: everywhere");
   v.optional("polygons_strict", a.polygons_strict, between(0, 1e9), "the same, counting all polygons");
-  v.optional("materials", a.materials, between(0, 1e9), "refine where the spot holds at least this many materials; 0: everywhere");
+  v.optional("materials", a.materials, between(0, 1e9),
+             "refine where the spot holds at least this many materials; 0: everywhere");
   v.optional("normal_deg", a.normal_deg, between(0, 360), "refine where normals differ by more");
   v.optional("depth", a.depth, at_least(0), "refine where the depth varies by more, relative");
   v.optional("temperature_K", a.temperature_K, at_least(0), "refine where the temperature varies by more");
   v.optional("emissivity", a.emissivity, at_least(0), "refine where the emissivity varies by more");
   v.optional("shadow", a.shadow, at_least(0), "refine where the sunlit share varies by more");
   v.optional("transmission", a.transmission, at_least(0), "refine where the clouds' transmission varies by more");
-  v.optional("radiance", a.radiance, at_least(0), "refine where the radiance varies by more, relative, beyond its noise");
+  v.optional("radiance", a.radiance, at_least(0),
+             "refine where the radiance varies by more, relative, beyond its noise");
   v.optional("error", a.error, above(0), "more rays until the pixel's relative standard error is below; null: off");
 }
 
@@ -309,7 +312,8 @@ void keys(V& v, DetectorBand& b) {
 
 template <class V>
 void keys(V& v, DetectorSettings& d) {
-  v.optional("psf_sigma_px", d.psf_sigma_px, between(0, 1000), "standard deviation of a gaussian point spread, in pixels");
+  v.optional("psf_sigma_px", d.psf_sigma_px, between(0, 1000),
+             "standard deviation of a gaussian point spread, in pixels");
   std::filesystem::path psf;
   v.optional("psf_file", psf, any(), "picture of a point, in its place: one channel, odd sides");
   v.point_spread(psf, d);
@@ -321,7 +325,8 @@ void keys(V& v, DetectorSettings& d) {
   v.optional("reference_integration_s", d.reference_integration_s, above_to(0, 1e9),
              "integration time at which the noise is stated");
   v.optional("dead_share", d.dead_share, between(0, 1), "share of pixels without response");
-  v.optional("gain_nonuniformity", d.gain_nonuniformity, between(0, 1), "standard deviation of the pixels' gain, relative");
+  v.optional("gain_nonuniformity", d.gain_nonuniformity, between(0, 1),
+             "standard deviation of the pixels' gain, relative");
   v.optional("offset_nonuniformity", d.offset_nonuniformity, between(0, 1e30),
              "standard deviation of the pixels' offset, a radiance");
   v.optional("gain", d.gain, above_to(0, 1e30), "signal = gain * radiance + offset");
@@ -386,7 +391,8 @@ void keys(V& v, RenderDescription& r) {
   v.optional("time_limit_s", r.time_limit_s, above(0), "for the whole run; photons and samples are then chosen");
   v.later("memory_MiB", nullptr, "memory to stay below");
   v.optional("seed", r.seed, at_least(0), "seed of all random numbers");
-  v.optional("effects", r.effects, names(effect_names()), "effects to force on or off, e.g. {\"atmosphere\": true}; what is absent stays off");
+  v.optional("effects", r.effects, names(effect_names()),
+             "effects to force on or off, e.g. {\"atmosphere\": true}; what is absent stays off");
 }
 
 template <class V>

@@ -1,15 +1,15 @@
 // What a value of the scene file may be beyond its type; and the words of its enumerations.
 #pragma once
 
-#include "octree/base/math.h"
-#include "scene/description.h"
-
 #include <array>
 #include <span>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
+
+#include "octree/base/math.h"
+#include "scene/description.h"
 
 namespace obscura::detail {
 
@@ -19,10 +19,10 @@ struct Limits {
   double max = kInfinity;
   bool above_min = false;  ///< min itself is refused
   bool below_max = false;
-  std::size_t min_items = 0;                   ///< of a list
-  bool increasing = false;                     ///< of a list, strictly
-  std::vector<std::string> extensions{};       ///< of a file, with the dot; empty: any
-  std::vector<std::string> names{};            ///< of an object's keys; empty: any
+  std::size_t min_items = 0;              ///< of a list
+  bool increasing = false;                ///< of a list, strictly
+  std::vector<std::string> extensions{};  ///< of a file, with the dot; empty: any
+  std::vector<std::string> names{};       ///< of an object's keys; empty: any
 
   bool hold(double value) const noexcept {
     return (above_min ? value > min : value >= min) && (below_max ? value < max : value <= max);
@@ -35,9 +35,7 @@ inline Limits any() { return {}; }
 inline Limits at_least(double min) { return {.min = min}; }
 inline Limits above(double min) { return {.min = min, .above_min = true}; }
 inline Limits between(double min, double max) { return {.min = min, .max = max}; }
-inline Limits inside(double min, double max) {
-  return {.min = min, .max = max, .above_min = true, .below_max = true};
-}
+inline Limits inside(double min, double max) { return {.min = min, .max = max, .above_min = true, .below_max = true}; }
 inline Limits above_to(double min, double max) { return {.min = min, .max = max, .above_min = true}; }
 inline Limits from_below(double min, double max) { return {.min = min, .max = max, .below_max = true}; }
 inline Limits items(std::size_t min_items) { return {.min_items = min_items}; }
@@ -67,16 +65,14 @@ struct Words<Axis> {
 };
 template <>
 struct Words<Projection> {
-  static constexpr std::array<EnumWord<Projection>, 3> list{{
-      {"perspective", Projection::perspective},
-      {"orthographic", Projection::orthographic},
-      {"fisheye", Projection::fisheye}}};
+  static constexpr std::array<EnumWord<Projection>, 3> list{{{"perspective", Projection::perspective},
+                                                             {"orthographic", Projection::orthographic},
+                                                             {"fisheye", Projection::fisheye}}};
 };
 template <>
 struct Words<MethodKind> {
-  static constexpr std::array<EnumWord<MethodKind>, 3> list{{{"photon", MethodKind::photon},
-                                                         {"baked", MethodKind::baked, true},
-                                                         {"path", MethodKind::path}}};
+  static constexpr std::array<EnumWord<MethodKind>, 3> list{
+      {{"photon", MethodKind::photon}, {"baked", MethodKind::baked, true}, {"path", MethodKind::path}}};
 };
 template <>
 struct Words<Kernel> {
@@ -87,9 +83,8 @@ struct Words<Kernel> {
 };
 template <>
 struct Words<Directions> {
-  static constexpr std::array<EnumWord<Directions>, 3> list{{{"stratified", Directions::stratified},
-                                                             {"regular", Directions::regular},
-                                                             {"random", Directions::random}}};
+  static constexpr std::array<EnumWord<Directions>, 3> list{
+      {{"stratified", Directions::stratified}, {"regular", Directions::regular}, {"random", Directions::random}}};
 };
 
 }  // namespace obscura::detail

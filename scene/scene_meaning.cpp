@@ -1,12 +1,12 @@
 // What several keys of one object mean together.
+#include <fmt/format.h>
+
+#include <cmath>
+
 #include "scene/scene_keys.h"
 #include "scene/scene_reader.h"
 #include "scene/scene_table_io.h"
 #include "sensor/image_io.h"
-
-#include <fmt/format.h>
-
-#include <cmath>
 
 namespace obscura::detail {
 
@@ -14,13 +14,19 @@ void ObjectReader::phase_function(const PhaseDescription& phase, PhaseFunction& 
   const std::string pointer = pointer_to(pointer_, "phase");
   if (!findings_.good(pointer)) return;
   switch (phase.kind) {
-    case PhaseKind::isotropic: return;
-    case PhaseKind::rayleigh: function = PhaseFunction::rayleigh(); return;
-    case PhaseKind::henyey_greenstein: function = PhaseFunction::henyey_greenstein(phase.g); return;
+    case PhaseKind::isotropic:
+      return;
+    case PhaseKind::rayleigh:
+      function = PhaseFunction::rayleigh();
+      return;
+    case PhaseKind::henyey_greenstein:
+      function = PhaseFunction::henyey_greenstein(phase.g);
+      return;
     case PhaseKind::double_henyey_greenstein:
       function = PhaseFunction::double_henyey_greenstein(phase.g1, phase.g2, phase.weight);
       return;
-    case PhaseKind::table: break;
+    case PhaseKind::table:
+      break;
   }
   Table table{{phase.angle_deg, phase.value}, {}, {}};
   if (!phase.file.empty() && !phase.value.empty()) {
@@ -36,8 +42,8 @@ void ObjectReader::phase_function(const PhaseDescription& phase, PhaseFunction& 
     double norm_change = 0;
     function = PhaseFunction::table(table.columns[0], table.columns[1], &norm_change);
     if (std::abs(norm_change) > 0.01) {
-      findings_.warn(fmt::format("{}: the integral over the sphere is {:.4g}; normalised to 1", pointer,
-                                 1 + norm_change));
+      findings_.warn(
+          fmt::format("{}: the integral over the sphere is {:.4g}; normalised to 1", pointer, 1 + norm_change));
     }
   } catch (const InputError& error) {
     for (const Problem& p : error.problems()) {
@@ -46,8 +52,7 @@ void ObjectReader::phase_function(const PhaseDescription& phase, PhaseFunction& 
   }
 }
 
-void ObjectReader::periods(const std::vector<Axis>& axes, const std::vector<double>& periods,
-                           CloudDescription& cloud) {
+void ObjectReader::periods(const std::vector<Axis>& axes, const std::vector<double>& periods, CloudDescription& cloud) {
   for (const Axis axis : axes) cloud.periodic[axis == Axis::x ? 0 : 1] = true;
   const std::string where = pointer_to(pointer_, "periodic");
   const std::string period = pointer_to(pointer_, "period_m");
@@ -99,12 +104,12 @@ void ObjectReader::point_spread(const std::filesystem::path& file, DetectorSetti
     detector.psf = point_spread_of(read_image(file));
   } catch (const InputError& error) {
     const Problem& p = error.problems().front();
-    findings_.problem(pointer, fmt::format("\"{}\" cannot be read as a point spread: {}", file.string(), p.problem), p.hint);
+    findings_.problem(pointer, fmt::format("\"{}\" cannot be read as a point spread: {}", file.string(), p.problem),
+                      p.hint);
   }
 }
 
-void ObjectReader::particles(const ParticlesDescription& description,
-                             std::vector<ParticleDescription>& particles) {
+void ObjectReader::particles(const ParticlesDescription& description, std::vector<ParticleDescription>& particles) {
   const std::string pointer = pointer_to(pointer_to(pointer_, "particles"), "file");
   const Table table = read_table(description.file, {"s", "x_m", "y_m", "z_m", "radius_m", "K"});
   if (!table.problem.empty()) {
@@ -114,10 +119,10 @@ void ObjectReader::particles(const ParticlesDescription& description,
   const auto& c = table.columns;
   for (std::size_t i = 0; i < c[0].size(); ++i) {
     if (!(c[4][i] > 0) || !(c[5][i] >= 0)) {
-      findings_.problem(pointer,
-                        fmt::format("{}: row {} has radius_m {:g} and K {:g}", description.file.string(), i + 1,
-                                    c[4][i], c[5][i]),
-                        "radius_m has to be above 0, K at least 0");
+      findings_.problem(
+          pointer,
+          fmt::format("{}: row {} has radius_m {:g} and K {:g}", description.file.string(), i + 1, c[4][i], c[5][i]),
+          "radius_m has to be above 0, K at least 0");
       return;
     }
     particles.push_back({c[0][i], Vec3d(c[1][i], c[2][i], c[3][i]), c[4][i], c[5][i]});

@@ -1,11 +1,11 @@
 #include "scene/scene_reader.h"
 
-#include "scene/scene_keys.h"
-#include "scene/scene_words.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
+
+#include "scene/scene_keys.h"
+#include "scene/scene_words.h"
 
 namespace obscura::detail {
 namespace {
@@ -18,9 +18,7 @@ bool contains(const std::vector<std::string>& words, const std::string& word) {
   return std::find(words.begin(), words.end(), word) != words.end();
 }
 
-std::string join(const std::vector<std::string>& words) {
-  return fmt::format("{}", fmt::join(words, " | "));
-}
+std::string join(const std::vector<std::string>& words) { return fmt::format("{}", fmt::join(words, " | ")); }
 
 }  // namespace
 
@@ -47,9 +45,9 @@ bool ObjectReader::later(const char* key, const Json& default_value, const char*
   if (!wanted(key)) return false;
   const Json* value = find(key);
   if (!value || is_empty(*value) || *value == default_value) return false;
-  findings_.problem(pointer_to(pointer_, key), fmt::format("\"{}\" ({}) is not available yet", key, what),
-                    is_empty(default_value) ? "leave it out"
-                                            : "leave it out, or give its default " + default_value.dump());
+  findings_.problem(
+      pointer_to(pointer_, key), fmt::format("\"{}\" ({}) is not available yet", key, what),
+      is_empty(default_value) ? "leave it out" : "leave it out, or give its default " + default_value.dump());
   return true;
 }
 
@@ -125,8 +123,7 @@ void ObjectReader::finish() {
     if (contains(elsewhere_, key)) {
       if (value.is_null()) continue;
       findings_.problem(pointer,
-                        fmt::format("\"{}\" does not go with \"{}\"", key,
-                                    form->word.empty() ? form->key : form->word),
+                        fmt::format("\"{}\" does not go with \"{}\"", key, form->word.empty() ? form->key : form->word),
                         "leave one of them out");
       continue;
     }
@@ -134,9 +131,9 @@ void ObjectReader::finish() {
     // A misspelt key is one mistake, not also a missing one.
     const Nearest nearest = nearest_word(key, valid);
     if (!nearest.close) continue;
-    missing_.erase(std::remove_if(missing_.begin(), missing_.end(),
-                                  [&](const Missing& m) { return m.key == nearest.word; }),
-                   missing_.end());
+    missing_.erase(
+        std::remove_if(missing_.begin(), missing_.end(), [&](const Missing& m) { return m.key == nearest.word; }),
+        missing_.end());
   }
   for (const Missing& m : missing_) {
     findings_.problem(pointer_to(pointer_, m.key), fmt::format("\"{}\" is missing", m.key), m.what);

@@ -1,12 +1,6 @@
 // Reads the keys of scene_keys.h from JSON into a Description and notes every problem it meets.
 #pragma once
 
-#include "scene/description.h"
-#include "scene/scene_json.h"
-#include "scene/scene_limits.h"
-#include "scene/scene_values.h"
-#include "scene/scene_words.h"
-
 #include <algorithm>
 #include <filesystem>
 #include <initializer_list>
@@ -17,6 +11,12 @@
 #include <string_view>
 #include <type_traits>
 #include <vector>
+
+#include "scene/description.h"
+#include "scene/scene_json.h"
+#include "scene/scene_limits.h"
+#include "scene/scene_values.h"
+#include "scene/scene_words.h"
 
 namespace obscura::detail {
 
@@ -130,8 +130,8 @@ class ObjectReader {
 
 /// An object with keys of its own.
 template <class T>
-std::enable_if_t<std::is_class_v<T>, bool> read_value(Findings& findings, const Json& json,
-                                                      const std::string& pointer, T& value, const Limits&) {
+std::enable_if_t<std::is_class_v<T>, bool> read_value(Findings& findings, const Json& json, const std::string& pointer,
+                                                      T& value, const Limits&) {
   if (!json.is_object()) {
     findings.problem(pointer, "expected an object, found " + describe_value(json), "give {\"key\": value, ...}");
     return false;

@@ -1,11 +1,11 @@
 #include "scene/scene_schema.h"
 
-#include "scene/scene_keys.h"
-
 #include <filesystem>
 #include <initializer_list>
 #include <map>
 #include <type_traits>
+
+#include "scene/scene_keys.h"
 
 namespace obscura {
 namespace detail {
@@ -70,13 +70,12 @@ Json spectral_schema(const Limits& limits) {
                   {"file", {{"type", "null"}}}}},
                 {"required", {"um", "value"}},
                 {"additionalProperties", false}};
-  Json file = {{"type", "object"},
-               {"properties",
-                {{"file", {{"type", "string"}, {"minLength", 1}}},
-                 {"um", {{"type", "null"}}},
-                 {"value", {{"type", "null"}}}}},
-               {"required", Json::array({"file"})},
-               {"additionalProperties", false}};
+  Json file = {
+      {"type", "object"},
+      {"properties",
+       {{"file", {{"type", "string"}, {"minLength", 1}}}, {"um", {{"type", "null"}}}, {"value", {{"type", "null"}}}}},
+      {"required", Json::array({"file"})},
+      {"additionalProperties", false}};
   return {{"anyOf", Json::array({number_schema("number", limits), std::move(table), std::move(file)})}};
 }
 

@@ -1,8 +1,5 @@
 #include "scene/scene_table_io.h"
 
-#include "octree/base/error.h"
-#include "scene/scene_json.h"
-
 #include <fmt/format.h>
 
 #include <cctype>
@@ -13,6 +10,9 @@
 #include <fstream>
 #include <sstream>
 #include <system_error>
+
+#include "octree/base/error.h"
+#include "scene/scene_json.h"
 
 namespace obscura::detail {
 namespace {
@@ -98,8 +98,8 @@ Table read_table(const std::filesystem::path& file, const std::vector<std::strin
       table.columns[i].push_back(value);
     }
     if (!good) {
-      table.problem = fmt::format("{}, line {}: \"{:.40}\" is not {} numbers", file.string(), number, line,
-                                  header.size());
+      table.problem =
+          fmt::format("{}, line {}: \"{:.40}\" is not {} numbers", file.string(), number, line, header.size());
       table.hint = "a line is " + expected;
       return table;
     }

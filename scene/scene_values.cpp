@@ -1,13 +1,13 @@
 #include "scene/scene_values.h"
 
-#include "scene/scene_reader.h"
-#include "scene/scene_table_io.h"
-#include "scene/scene_words.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "scene/scene_reader.h"
+#include "scene/scene_table_io.h"
+#include "scene/scene_words.h"
 
 namespace obscura {
 namespace detail {
@@ -28,8 +28,8 @@ std::string give(const std::string& what, const Limits& limits) {
   return "give " + what + (range.empty() ? "" : " " + range);
 }
 
-bool refuse_type(Findings& findings, const Json& json, const std::string& pointer,
-                 const std::string& expected, const std::string& hint) {
+bool refuse_type(Findings& findings, const Json& json, const std::string& pointer, const std::string& expected,
+                 const std::string& hint) {
   findings.problem(pointer, fmt::format("expected {}, found {}", expected, describe_value(json)), hint);
   return false;
 }
@@ -53,8 +53,8 @@ bool increasing(Findings& findings, const std::vector<double>& values, const std
 }
 
 // A list of exactly n numbers.
-bool read_tuple(Findings& findings, const Json& json, const std::string& pointer, const Limits& limits,
-                std::size_t n, double* values) {
+bool read_tuple(Findings& findings, const Json& json, const std::string& pointer, const Limits& limits, std::size_t n,
+                double* values) {
   const std::string expected = fmt::format("a list of {} numbers", n);
   if (!json.is_array() || json.size() != n) {
     return refuse_type(findings, json, pointer, expected, give(n == 3 ? "[x, y, z]" : "[a, b]", {}));
@@ -68,8 +68,7 @@ bool read_tuple(Findings& findings, const Json& json, const std::string& pointer
 
 }  // namespace
 
-bool read_value(Findings& findings, const Json& json, const std::string& pointer, double& value,
-                const Limits& limits) {
+bool read_value(Findings& findings, const Json& json, const std::string& pointer, double& value, const Limits& limits) {
   if (!json.is_number()) return refuse_type(findings, json, pointer, "a number", give("a number", limits));
   const double number = json.get<double>();
   if (!in_range(findings, number, pointer, limits)) return false;
@@ -78,7 +77,8 @@ bool read_value(Findings& findings, const Json& json, const std::string& pointer
 }
 
 bool read_value(Findings& findings, const Json& json, const std::string& pointer, bool& value, const Limits&) {
-  if (!json.is_boolean()) return refuse_type(findings, json, pointer, "true or false", "give true or false, without quotes");
+  if (!json.is_boolean())
+    return refuse_type(findings, json, pointer, "true or false", "give true or false, without quotes");
   value = json.get<bool>();
   return true;
 }
@@ -93,8 +93,7 @@ bool read_integer(Findings& findings, const Json& json, const std::string& point
     findings.problem(pointer, fmt::format("{:g} is out of range", number), wanted);
     return false;
   }
-  const std::uint64_t whole =
-      json.is_number_integer() ? json.get<std::uint64_t>() : static_cast<std::uint64_t>(number);
+  const std::uint64_t whole = json.is_number_integer() ? json.get<std::uint64_t>() : static_cast<std::uint64_t>(number);
   if (whole > most) {
     findings.problem(pointer, fmt::format("{} is out of range", whole), fmt::format("give at most {}", most));
     return false;
@@ -103,8 +102,7 @@ bool read_integer(Findings& findings, const Json& json, const std::string& point
   return true;
 }
 
-bool read_value(Findings& findings, const Json& json, const std::string& pointer, std::string& value,
-                const Limits&) {
+bool read_value(Findings& findings, const Json& json, const std::string& pointer, std::string& value, const Limits&) {
   if (!json.is_string()) return refuse_type(findings, json, pointer, "a text", "put it between quotes");
   const std::string text = json.get<std::string>();
   const bool printable = std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 32 || c == 127; });
@@ -117,8 +115,8 @@ bool read_value(Findings& findings, const Json& json, const std::string& pointer
   return true;
 }
 
-bool read_value(Findings& findings, const Json& json, const std::string& pointer,
-                std::filesystem::path& value, const Limits& limits) {
+bool read_value(Findings& findings, const Json& json, const std::string& pointer, std::filesystem::path& value,
+                const Limits& limits) {
   std::string name;
   if (!read_value(findings, json, pointer, name, limits)) return false;
   const std::filesystem::path file = findings.resolve(name);
@@ -145,16 +143,15 @@ bool read_value(Findings& findings, const Json& json, const std::string& pointer
   return true;
 }
 
-bool read_value(Findings& findings, const Json& json, const std::string& pointer, Vec3d& value,
-                const Limits& limits) {
+bool read_value(Findings& findings, const Json& json, const std::string& pointer, Vec3d& value, const Limits& limits) {
   double v[3];
   if (!read_tuple(findings, json, pointer, limits, 3, v)) return false;
   value = Vec3d(v[0], v[1], v[2]);
   return true;
 }
 
-bool read_value(Findings& findings, const Json& json, const std::string& pointer,
-                std::array<double, 2>& value, const Limits& limits) {
+bool read_value(Findings& findings, const Json& json, const std::string& pointer, std::array<double, 2>& value,
+                const Limits& limits) {
   double v[2];
   if (!read_tuple(findings, json, pointer, limits, 2, v)) return false;
   if (limits.increasing && !increasing(findings, {v[0], v[1]}, pointer)) return false;
@@ -174,8 +171,8 @@ bool read_value(Findings& findings, const Json& json, const std::string& pointer
   return first && second;
 }
 
-bool read_value(Findings& findings, const Json& json, const std::string& pointer,
-                std::vector<double>& value, const Limits& limits) {
+bool read_value(Findings& findings, const Json& json, const std::string& pointer, std::vector<double>& value,
+                const Limits& limits) {
   if (!json.is_array()) return refuse_type(findings, json, pointer, "a list of numbers", "give [a, b, ...]");
   if (json.size() < limits.min_items) {
     findings.problem(pointer, fmt::format("the list has {} of at least {} numbers", json.size(), limits.min_items),
@@ -194,11 +191,10 @@ bool read_value(Findings& findings, const Json& json, const std::string& pointer
 
 namespace {
 
-const char* const kSpectralHint =
-    "give a number, {\"um\": [..], \"value\": [..]} or {\"file\": \"table.csv\"}";
+const char* const kSpectralHint = "give a number, {\"um\": [..], \"value\": [..]} or {\"file\": \"table.csv\"}";
 
-bool read_spectral_file(Findings& findings, const Json& json, const std::string& pointer,
-                        std::vector<double>& um, std::vector<double>& value, const Limits& limits) {
+bool read_spectral_file(Findings& findings, const Json& json, const std::string& pointer, std::vector<double>& um,
+                        std::vector<double>& value, const Limits& limits) {
   std::filesystem::path file;
   if (!read_value(findings, json, pointer, file, {})) return false;
   Table table = read_table(file, {"um", "value"});
@@ -267,7 +263,10 @@ bool read_value(Findings& findings, const Json& json, const std::string& pointer
       good = false;
     }
   } else if (good) {
-    findings.problem(pointer, um ? "\"value\" is missing" : value ? "\"um\" is missing" : "the table is missing",
+    findings.problem(pointer,
+                     um      ? "\"value\" is missing"
+                     : value ? "\"um\" is missing"
+                             : "the table is missing",
                      kSpectralHint);
     good = false;
   }
@@ -277,8 +276,7 @@ bool read_value(Findings& findings, const Json& json, const std::string& pointer
   return true;
 }
 
-int read_word(Findings& findings, const Json& json, const std::string& pointer,
-              const std::vector<PlainWord>& words) {
+int read_word(Findings& findings, const Json& json, const std::string& pointer, const std::vector<PlainWord>& words) {
   std::vector<std::string> available;
   for (const PlainWord& word : words) {
     if (!word.later) available.push_back(word.text);

@@ -1,10 +1,6 @@
 // Single values of the scene file: type and range, with the problem in words.
 #pragma once
 
-#include "scene/description.h"
-#include "scene/scene_json.h"
-#include "scene/scene_limits.h"
-
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -13,6 +9,10 @@
 #include <string>
 #include <type_traits>
 #include <vector>
+
+#include "scene/description.h"
+#include "scene/scene_json.h"
+#include "scene/scene_limits.h"
 
 namespace obscura::detail {
 
@@ -34,8 +34,10 @@ bool read_integer(Findings&, const Json&, const std::string& pointer, const Limi
                   std::uint64_t& value);
 
 template <class T>
-std::enable_if_t<std::is_integral_v<T> && !std::is_same_v<T, bool>, bool> read_value(
-    Findings& findings, const Json& json, const std::string& pointer, T& value, const Limits& limits) {
+std::enable_if_t<std::is_integral_v<T> && !std::is_same_v<T, bool>, bool> read_value(Findings& findings,
+                                                                                     const Json& json,
+                                                                                     const std::string& pointer,
+                                                                                     T& value, const Limits& limits) {
   std::uint64_t read = 0;
   if (!read_integer(findings, json, pointer, limits, std::numeric_limits<T>::max(), read)) return false;
   value = static_cast<T>(read);
@@ -58,8 +60,8 @@ std::vector<PlainWord> plain_words() {
 }
 
 template <class E>
-std::enable_if_t<std::is_enum_v<E>, bool> read_value(Findings& findings, const Json& json,
-                                                     const std::string& pointer, E& value, const Limits&) {
+std::enable_if_t<std::is_enum_v<E>, bool> read_value(Findings& findings, const Json& json, const std::string& pointer,
+                                                     E& value, const Limits&) {
   const int index = read_word(findings, json, pointer, plain_words<E>());
   if (index < 0) return false;
   value = Words<E>::list[static_cast<std::size_t>(index)].value;

@@ -36,7 +36,8 @@ bool same_view(const SensorDescription& a, const SensorDescription& b) {
 }  // namespace
 
 Session::Session(Description scene, double time_s, const Progress& progress, std::optional<double> budget)
-    : scene_(std::move(scene)), budget_(budget),
+    : scene_(std::move(scene)),
+      budget_(budget),
       built_(build_world(with_fewest_intervals(scene_), time_s, progress)),
       has_atmosphere_(built_.world.atmosphere().has_value()),
       rectangles_(rectangles_of(scene_)) {
@@ -45,7 +46,8 @@ Session::Session(Description scene, double time_s, const Progress& progress, std
 }
 
 void Session::make_plan() {
-  Plan plan = obscura::make_plan(scene_, summary_, budget_.value_or(scene_.render.target_error.value_or(kDefaultBudget)));
+  Plan plan =
+      obscura::make_plan(scene_, summary_, budget_.value_or(scene_.render.target_error.value_or(kDefaultBudget)));
   if (plan.cuts != plan_.cuts) {
     // Octrees and meshes are shared; what finds surfaces exists once at a time.
     if (!whole_) whole_ = world().contents();

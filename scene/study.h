@@ -58,35 +58,35 @@ struct StudyBytes {
 /// One setting, measured.
 struct StudyRun {
   StudySetting setting;
-  std::string purpose;         ///< "ladder", the knob that was varied, "scene", "target"
-  int base = -1;               ///< the run that it varies; none: -1
-  StudySeconds seconds;        ///< of one picture, the World's and the map's making included
-  StudySeconds full;           ///< predicted for the scene's own resolution
+  std::string purpose;   ///< "ladder", the knob that was varied, "scene", "target"
+  int base = -1;         ///< the run that it varies; none: -1
+  StudySeconds seconds;  ///< of one picture, the World's and the map's making included
+  StudySeconds full;     ///< predicted for the scene's own resolution
   StudyBytes bytes, full_bytes;
-  double peak_MiB = 0;         ///< of the process so far
+  double peak_MiB = 0;            ///< of the process so far
   std::vector<Picture> pictures;  ///< independent of each other
   PictureError error;
 };
 
 struct StudyReference {
-  std::string method;      ///< "path tracer", "ordinates"
-  std::string what;        ///< what was run
+  std::string method;  ///< "path tracer", "ordinates"
+  std::string what;    ///< what was run
   ReferencePicture picture;
   StudySeconds::Stage seconds;  ///< spent on it
-  RootError error;         ///< its own image error
+  RootError error;              ///< its own image error
 };
 
 /// How an error falls with the time that it costs, along a method's ladder.
 struct StudySlope {
   StudyMethod method = StudyMethod::path;
-  std::string what;        ///< "error", "noise", "bias"
-  PowerLaw law;            ///< against CPU seconds of map and image
+  std::string what;  ///< "error", "noise", "bias"
+  PowerLaw law;      ///< against CPU seconds of map and image
 };
 
 /// The cheapest setting that was measured to reach an error with one standard error to spare.
 struct StudyTarget {
   double error = 0;
-  int run = -1;            ///< none: -1
+  int run = -1;                 ///< none: -1
   std::vector<int> per_method;  ///< likewise among the runs of each method, by StudyMethod
 };
 
@@ -95,21 +95,22 @@ struct Study {
   int threads = 1;
   std::array<int, 2> resolution{1, 1}, full_resolution{1, 1};
   std::vector<std::string> bands;
-  std::vector<bool> grey;                    ///< per band: no unit
+  std::vector<bool> grey;  ///< per band: no unit
   double budget_s = 0, spent_s = 0;
   StudyReference reference;
-  std::vector<StudyRun> runs;                ///< in the order in which they were made
-  int as_given = -1;                         ///< the run with the scene's own settings
+  std::vector<StudyRun> runs;  ///< in the order in which they were made
+  int as_given = -1;           ///< the run with the scene's own settings
   std::vector<std::pair<StudyMethod, std::string>> refusals;
-  std::vector<std::string> left_out;         ///< sentences
+  std::vector<std::string> left_out;  ///< sentences
   std::vector<StudyTarget> targets;
   std::vector<StudySlope> slopes;
-  std::vector<int> front;                    ///< runs than which none is both cheaper (full picture) and more accurate
+  std::vector<int> front;  ///< runs than which none is both cheaper (full picture) and more accurate
   std::vector<std::string> warnings;
-  bool partial = false;                      ///< stopped by the user
+  bool partial = false;  ///< stopped by the user
 
   double pixel_ratio() const noexcept {
-    return static_cast<double>(full_resolution[0]) * full_resolution[1] / (static_cast<double>(resolution[0]) * resolution[1]);
+    return static_cast<double>(full_resolution[0]) * full_resolution[1] /
+           (static_cast<double>(resolution[0]) * resolution[1]);
   }
 };
 

@@ -1,10 +1,10 @@
 #include "scene/study_bench.h"
 
+#include <tbb/task_arena.h>
+
 #include <algorithm>
 #include <chrono>
 #include <ctime>
-
-#include <tbb/task_arena.h>
 
 #include "photon/ordinates_referee.h"
 #include "photon/path_tracer.h"
@@ -21,11 +21,15 @@ constexpr double kMuchMemory = 512.0 * 1048576;
 /// More is refused by the ordinates.
 constexpr double kOrdinatesMiB = 2048;
 
-StudySeconds::Stage operator-(const StudySeconds::Stage& a, const StudySeconds::Stage& b) { return {a.cpu - b.cpu, a.wall - b.wall}; }
+StudySeconds::Stage operator-(const StudySeconds::Stage& a, const StudySeconds::Stage& b) {
+  return {a.cpu - b.cpu, a.wall - b.wall};
+}
 
 bool uses_maps(const StudySetting& s) { return s.method == StudyMethod::photon || s.method == StudyMethod::gather; }
 
-double film_bytes(double pixels, std::size_t bands) { return pixels * (static_cast<double>(bands) * Film::kBandValues + 4) * sizeof(float); }
+double film_bytes(double pixels, std::size_t bands) {
+  return pixels * (static_cast<double>(bands) * Film::kBandValues + 4) * sizeof(float);
+}
 
 /// The ordinates' own choice of cells, with another number along the longest side.
 Vec3i cells_of(const World& world, int longest) {
@@ -35,7 +39,8 @@ Vec3i cells_of(const World& world, int longest) {
   return cells;
 }
 
-/// What the solver holds while it iterates: about 26 vectors of eight moments' expansions a cell (ordinates_solver.cpp).
+/// What the solver holds while it iterates: about 26 vectors of eight moments' expansions a cell
+/// (ordinates_solver.cpp).
 double solver_bytes(const OrdinatesSolution& solution, int order) {
   const double degree = std::min(solution.grid().phase_degree(order), order - 1);
   return 26 * 8 * sizeof(double) * static_cast<double>(solution.grid().size()) * (degree + 1) * (degree + 1);
@@ -77,7 +82,8 @@ Study SessionBench::describe() const {
 }
 
 SessionBench::Built& SessionBench::built_for(const StudySetting& setting, const Progress& progress) {
-  const auto found = std::find_if(built_.begin(), built_.end(), [&](const Built& b) { return same_world(b.of, setting); });
+  const auto found =
+      std::find_if(built_.begin(), built_.end(), [&](const Built& b) { return same_world(b.of, setting); });
   if (found != built_.end()) {
     built_.splice(built_.begin(), built_, found);
     return built_.front();
@@ -89,16 +95,19 @@ SessionBench::Built& SessionBench::built_for(const StudySetting& setting, const 
     built_.pop_back();
   }
   Description scene = scene_;
-  if (!built_.empty() || !(setting.octree_tolerance == scene.render.octree_tolerance)) scene.render.octree_tolerance = setting.octree_tolerance;
+  if (!built_.empty() || !(setting.octree_tolerance == scene.render.octree_tolerance))
+    scene.render.octree_tolerance = setting.octree_tolerance;
   for (BandDescription& band : scene.bands) {
     if (!band.grey() && setting.intervals > 0) band.samples = setting.intervals;
   }
   Built built;
   built.of = setting;
   const auto begin = now();
-  built.session = std::make_unique<Session>(std::move(scene), scene_.time_s, progress, setting.everything ? std::optional(0.0) : std::nullopt);
+  built.session = std::make_unique<Session>(std::move(scene), scene_.time_s, progress,
+                                            setting.everything ? std::optional(0.0) : std::nullopt);
   built.world = now() - begin;
-  for (const OctreeRecord& octree : built.session->octrees()) built.octree_bytes += static_cast<double>(octree.statistics.bytes);
+  for (const OctreeRecord& octree : built.session->octrees())
+    built.octree_bytes += static_cast<double>(octree.statistics.bytes);
   built_.push_front(std::move(built));
   return built_.front();
 }
@@ -108,7 +117,8 @@ StudyPicture SessionBench::picture_of(const Built& built, const Rendered& render
   result.picture = obscura::picture_of(rendered.film);
   result.seconds.world = built.world;
   result.bytes.octree = built.octree_bytes;
-  result.bytes.film = film_bytes(static_cast<double>(rendered.film.columns()) * rendered.film.rows(), scene_.bands.size());
+  result.bytes.film =
+      film_bytes(static_cast<double>(rendered.film.columns()) * rendered.film.rows(), scene_.bands.size());
   result.peak_MiB = peak_memory_MiB();
   return result;
 }
@@ -145,11 +155,13 @@ StudyPicture SessionBench::measure(const StudySetting& setting, std::uint64_t se
   return result;
 }
 
-StudyPicture SessionBench::ordinates_reference(const StudySetting& setting, std::uint64_t seed, const Progress& progress) {
+StudyPicture SessionBench::ordinates_reference(const StudySetting& setting, std::uint64_t seed,
+                                               const Progress& progress) {
   return by_ordinates(setting, seed, true, progress);
 }
 
-StudyPicture SessionBench::by_ordinates(const StudySetting& setting, std::uint64_t seed, bool with_error, const Progress& progress) {
+StudyPicture SessionBench::by_ordinates(const StudySetting& setting, std::uint64_t seed, bool with_error,
+                                        const Progress& progress) {
   Built& built = built_for(setting, progress);
   const World& world = built.session->world();
   const auto before = now();
@@ -169,7 +181,8 @@ StudyPicture SessionBench::by_ordinates(const StudySetting& setting, std::uint64
   const auto solved = now();
   if (progress.cancelled()) throw NumericalError("ordinates", "stopped");
 
-  const Estimator estimator = [&](int interval, double, std::span<const Ray> rays, std::span<const std::uint64_t>, std::span<Incoming> incoming) {
+  const Estimator estimator = [&](int interval, double, std::span<const Ray> rays, std::span<const std::uint64_t>,
+                                  std::span<Incoming> incoming) {
     const auto i = static_cast<std::size_t>(interval);
     if (with_error) {
       std::vector<OrdinatesEstimate> estimates(rays.size());
@@ -198,11 +211,13 @@ StudyPicture SessionBench::by_ordinates(const StudySetting& setting, std::uint64
     Picture errors = result.picture;
     for (int b = 0; b < rendered.film.bands(); ++b) {
       const auto bias = rendered.film.values(b, Film::Value::bias), error = rendered.film.values(b, Film::Value::error);
-      for (std::size_t p = 0; p < bias.size(); ++p) errors.bands[static_cast<std::size_t>(b)][p] = std::hypot(bias[p], error[p]);
+      for (std::size_t p = 0; p < bias.size(); ++p)
+        errors.bands[static_cast<std::size_t>(b)][p] = std::hypot(bias[p], error[p]);
     }
     result.errors = std::move(errors);
   }
-  for (const OrdinatesSolution& solution : solutions) result.bytes.map = std::max(result.bytes.map, solver_bytes(solution, setting.order));
+  for (const OrdinatesSolution& solution : solutions)
+    result.bytes.map = std::max(result.bytes.map, solver_bytes(solution, setting.order));
   return result;
 }
 

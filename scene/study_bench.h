@@ -30,7 +30,8 @@ class StudyBench {
   /// @throws NumericalError, InputError, ResourceError where the method refuses
   virtual StudyPicture measure(const StudySetting& setting, std::uint64_t seed, const Progress& progress) = 0;
   /// By ordinates with an estimate of their error.
-  virtual StudyPicture ordinates_reference(const StudySetting& setting, std::uint64_t seed, const Progress& progress) = 0;
+  virtual StudyPicture ordinates_reference(const StudySetting& setting, std::uint64_t seed,
+                                           const Progress& progress) = 0;
 };
 
 /// The real one: Sessions of a scene whose picture was made smaller. Worlds are kept as far as memory is not their

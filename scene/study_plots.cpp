@@ -1,14 +1,15 @@
 // A study's plots: error against time and memory, bias and noise apart.
-#include "scene/study_table.h"
+#include <fmt/format.h>
 
 #include <algorithm>
 
-#include <fmt/format.h>
+#include "scene/study_table.h"
 
 namespace obscura {
 namespace {
 
-constexpr std::array<PlotMarker, 4> kMarkers{PlotMarker::circle, PlotMarker::square, PlotMarker::triangle, PlotMarker::diamond};
+constexpr std::array<PlotMarker, 4> kMarkers{PlotMarker::circle, PlotMarker::square, PlotMarker::triangle,
+                                             PlotMarker::diamond};
 
 PlotPoint point_of(const Study& study, const StudyRun& run, double x) {
   const RootError& error = run.error.error;
@@ -19,8 +20,10 @@ PlotPoint point_of(const Study& study, const StudyRun& run, double x) {
   point.y_high = error.value() + error.error();
   point.faint = run.purpose != "ladder";
   point.title = study_label(run.setting) + ": " + detail::percent_text(error);
-  point.title += fmt::format("; {} CPU for {} x {}, {} for {} x {}; {}", detail::seconds_text(run.seconds.cpu()), study.resolution[0], study.resolution[1],
-                             detail::seconds_text(run.full.cpu()), study.full_resolution[0], study.full_resolution[1], detail::memory_text(run.full_bytes.total()));
+  point.title +=
+      fmt::format("; {} CPU for {} x {}, {} for {} x {}; {}", detail::seconds_text(run.seconds.cpu()),
+                  study.resolution[0], study.resolution[1], detail::seconds_text(run.full.cpu()),
+                  study.full_resolution[0], study.full_resolution[1], detail::memory_text(run.full_bytes.total()));
   return point;
 }
 
@@ -68,7 +71,8 @@ namespace detail {
 SvgPlot time_plot(const Study& study) {
   PlotSettings settings;
   settings.title = "Error against time";
-  settings.x_label = fmt::format("CPU seconds of a {} x {} picture, World and map included", study.full_resolution[0], study.full_resolution[1]);
+  settings.x_label = fmt::format("CPU seconds of a {} x {} picture, World and map included", study.full_resolution[0],
+                                 study.full_resolution[1]);
   settings.width = 960;
   settings.height = 520;
   return error_plot(study, std::move(settings), true, [](const StudyRun& run) { return run.full.cpu(); });
@@ -77,10 +81,12 @@ SvgPlot time_plot(const Study& study) {
 SvgPlot memory_plot(const Study& study) {
   PlotSettings settings;
   settings.title = "Error against memory";
-  settings.x_label = fmt::format("MiB of octrees, photon map and film of a {} x {} picture", study.full_resolution[0], study.full_resolution[1]);
+  settings.x_label = fmt::format("MiB of octrees, photon map and film of a {} x {} picture", study.full_resolution[0],
+                                 study.full_resolution[1]);
   settings.width = 960;
   settings.height = 420;
-  return error_plot(study, std::move(settings), false, [](const StudyRun& run) { return run.full_bytes.total() / 1048576; });
+  return error_plot(study, std::move(settings), false,
+                    [](const StudyRun& run) { return run.full_bytes.total() / 1048576; });
 }
 
 SvgPlot parts_plot(const Study& study, StudyMethod method) {
@@ -117,7 +123,8 @@ SvgPlot parts_plot(const Study& study, StudyMethod method) {
     plot.add(std::move(series));
   };
   add("error", -1, PlotMarker::none, false, [](const PictureError& e) -> const RootError& { return e.error; });
-  add("noise", static_cast<int>(number), kMarkers[number], false, [](const PictureError& e) -> const RootError& { return e.noise; });
+  add("noise", static_cast<int>(number), kMarkers[number], false,
+      [](const PictureError& e) -> const RootError& { return e.noise; });
   add("bias", 4, PlotMarker::diamond, true, [](const PictureError& e) -> const RootError& { return e.bias; });
   return plot;
 }

@@ -7,13 +7,13 @@
 namespace obscura {
 namespace {
 
-bool reaches(const StudyRun& run, double target) {
-  return run.error.error.value() + run.error.error.error() <= target;
-}
+bool reaches(const StudyRun& run, double target) { return run.error.error.value() + run.error.error.error() <= target; }
 
 StudyTarget cheapest(const Study& study, double error) {
   StudyTarget target{error, -1, std::vector<int>(kStudyMethods.size(), -1)};
-  const auto cost = [&](int run) { return run < 0 ? std::numeric_limits<double>::infinity() : study.runs[static_cast<std::size_t>(run)].full.cpu(); };
+  const auto cost = [&](int run) {
+    return run < 0 ? std::numeric_limits<double>::infinity() : study.runs[static_cast<std::size_t>(run)].full.cpu();
+  };
   for (std::size_t r = 0; r < study.runs.size(); ++r) {
     const StudyRun& run = study.runs[r];
     if (!reaches(run, error)) continue;

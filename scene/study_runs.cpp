@@ -1,4 +1,6 @@
 // The order of a study's runs: what is most useful for its time comes first, so that a stop leaves the best answer.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -6,8 +8,6 @@
 #include <map>
 #include <new>
 #include <set>
-
-#include <fmt/format.h>
 
 #include "octree/base/error.h"
 #include "scene/study_bench.h"
@@ -73,7 +73,11 @@ struct Job {
 class Runs {
  public:
   Runs(StudyBench& bench, const StudySettings& settings, const Progress& progress)
-      : bench_(bench), settings_(settings), outer_(progress), begin_s_(settings.clock.wall_s()), study_(bench.describe()) {
+      : bench_(bench),
+        settings_(settings),
+        outer_(progress),
+        begin_s_(settings.clock.wall_s()),
+        study_(bench.describe()) {
     study_.budget_s = settings.budget_s;
     const double late_s = begin_s_ + settings.budget_s * 1.03 + 1;
     watch_ = Progress(
@@ -86,8 +90,11 @@ class Runs {
       Ladder& ladder = ladders_[method];
       ladder.next = first_rung(bench.traits(), method);
     }
-    if (!bench.traits().scatters) refuse(StudyMethod::gather, "nothing scatters or reflects: there is nothing to gather");
-    else if (bench.traits().depth_limited) refuse(StudyMethod::gather, "scattering_depth is set: photons of the map may have scattered that often before the bounce");
+    if (!bench.traits().scatters)
+      refuse(StudyMethod::gather, "nothing scatters or reflects: there is nothing to gather");
+    else if (bench.traits().depth_limited)
+      refuse(StudyMethod::gather,
+             "scattering_depth is set: photons of the map may have scattered that often before the bounce");
   }
 
   Study run() {
@@ -98,7 +105,8 @@ class Runs {
       std::vector<Job> jobs = find_jobs();
       const auto cost = [](const Job& job) { return job.predicted_s / job.worth; };
       std::stable_sort(jobs.begin(), jobs.end(), [&](const Job& a, const Job& b) { return cost(a) < cost(b); });
-      const auto fits = std::find_if(jobs.begin(), jobs.end(), [&](const Job& job) { return job.predicted_s * kMisjudged <= left_s(); });
+      const auto fits = std::find_if(jobs.begin(), jobs.end(),
+                                     [&](const Job& job) { return job.predicted_s * kMisjudged <= left_s(); });
       if (fits != jobs.end()) {
         run_job(*fits);
       } else if (!(reference_is_worth_more() && reference_pass())) {
@@ -120,10 +128,10 @@ class Runs {
  private:
   struct Ladder {
     StudySetting next;
-    std::vector<int> rungs;           ///< runs
-    int varying = -1;                 ///< the run around which other knobs are being tried
-    std::set<int> varied;             ///< runs around which they have been
-    std::string ended;                ///< why there is no next rung; empty: there is
+    std::vector<int> rungs;  ///< runs
+    int varying = -1;        ///< the run around which other knobs are being tried
+    std::set<int> varied;    ///< runs around which they have been
+    std::string ended;       ///< why there is no next rung; empty: there is
   };
 
   double spent_s() const { return settings_.clock.wall_s() - begin_s_; }
@@ -145,10 +153,13 @@ class Runs {
     ladders_[method].ended = why;
   }
   bool refused(StudyMethod method) const {
-    return std::any_of(study_.refusals.begin(), study_.refusals.end(), [&](const auto& r) { return r.first == method; });
+    return std::any_of(study_.refusals.begin(), study_.refusals.end(),
+                       [&](const auto& r) { return r.first == method; });
   }
   std::uint64_t seed(int picture) const { return settings_.seed * 1000003 + static_cast<std::uint64_t>(picture); }
-  std::uint64_t reference_seed(int pass) const { return settings_.seed * 1000003 + 500000 + static_cast<std::uint64_t>(pass); }
+  std::uint64_t reference_seed(int pass) const {
+    return settings_.seed * 1000003 + 500000 + static_cast<std::uint64_t>(pass);
+  }
 
   // Predictions.
 
@@ -158,7 +169,8 @@ class Runs {
     for (const StudyRun& run : study_.runs) {
       if (run.setting.method != setting.method) continue;
       const StudyWork a = work_of(run.setting), b = work_of(setting);
-      const double far = std::abs(std::log((b.map + 1) / (a.map + 1))) + std::abs(std::log((b.image + 1) / (a.image + 1)));
+      const double far =
+          std::abs(std::log((b.map + 1) / (a.map + 1))) + std::abs(std::log((b.image + 1) / (a.image + 1)));
       if (far < least) least = far, best = &run;
     }
     return best;
@@ -182,7 +194,8 @@ class Runs {
     const StudyRun* run = nearest_run(setting);
     if (!run) return std::numeric_limits<double>::infinity();
     const StudyWork a = work_of(run->setting), b = work_of(setting);
-    return run->full.world.cpu + (a.map > 0 ? run->full.map.cpu * b.map / a.map : 0.0) + run->full.image.cpu * b.image / a.image;
+    return run->full.world.cpu + (a.map > 0 ? run->full.map.cpu * b.map / a.map : 0.0) +
+           run->full.image.cpu * b.image / a.image;
   }
 
   // The reference.
@@ -196,7 +209,8 @@ class Runs {
     if (!stopped()) run_job({{{s, "warm up"}}, 0, 1});
     // The lowest rungs tell what a path costs here.
     Ladder& ladder = ladders_[StudyMethod::path];
-    while (!stopped() && ladder.ended.empty() && ladder.rungs.size() < kRungsFirst && (ladder.rungs.empty() || last_image_s(ladder) < pass_s)) {
+    while (!stopped() && ladder.ended.empty() && ladder.rungs.size() < kRungsFirst &&
+           (ladder.rungs.empty() || last_image_s(ladder) < pass_s)) {
       s = ladder.next;
       run_job({{{s, "ladder"}}, 0, 1});
     }
@@ -225,7 +239,8 @@ class Runs {
     if (stopped()) return;
     const double factor = std::clamp(pass_s / std::max(last_image_s(ladder), 1e-6), 1.0, 65536.0);
     s = scaled(traits, s, factor);
-    if (traits.scatters) s.rays = std::clamp(std::min(s.samples, kMostReferenceRays), s.rays, std::max(s.rays, kMostReferenceRays));
+    if (traits.scatters)
+      s.rays = std::clamp(std::min(s.samples, kMostReferenceRays), s.rays, std::max(s.rays, kMostReferenceRays));
   }
 
   double last_image_s(const Ladder& ladder) const { return run_at(ladder.rungs.back()).seconds.image.wall; }
@@ -234,14 +249,16 @@ class Runs {
     if (!study_.reference.picture.known()) return true;
     double least = std::numeric_limits<double>::infinity();
     for (const StudyRun& run : study_.runs) least = std::min(least, run.error.error.value() + run.error.error.error());
-    const bool poor = study_.reference.error.value() > kPoorReference * std::max(least, kFarBelow * kStudyTargets.back());
+    const bool poor =
+        study_.reference.error.value() > kPoorReference * std::max(least, kFarBelow * kStudyTargets.back());
     return study_.reference.seconds.wall < (poor ? kPoorReferenceShare : kReferenceShare) * spent_s();
   }
   /// While it is not much better than what it is held against.
   bool reference_is_worth_more() const {
     if (study_.reference.method != name_of(StudyMethod::path)) return false;
     double least = std::numeric_limits<double>::infinity();
-    for (const StudyRun& run : study_.runs) least = std::min(least, std::max(run.error.error.value(), kFarBelow * kStudyTargets.back()));
+    for (const StudyRun& run : study_.runs)
+      least = std::min(least, std::max(run.error.error.value(), kFarBelow * kStudyTargets.back()));
     return study_.reference.error.value() > 0.2 * least;
   }
 
@@ -280,12 +297,15 @@ class Runs {
   std::string reference_text() const {
     const StudySetting& s = reference_setting_;
     if (study_.reference.method == name_of(StudyMethod::path)) {
-      std::string text = fmt::format("{} independent passes of {} samples a pixel over at most {} rays, octree tolerance {:.4g}", reference_passes_,
-                                     s.samples, s.rays, s.octree_tolerance);
+      std::string text =
+          fmt::format("{} independent passes of {} samples a pixel over at most {} rays, octree tolerance {:.4g}",
+                      reference_passes_, s.samples, s.rays, s.octree_tolerance);
       if (s.intervals > 0) text += fmt::format(", {} intervals a band", s.intervals);
       return text;
     }
-    return fmt::format("{} cells along the longest side, S{}, octree tolerance {:.4g}, errors as the solver states them", s.cells, s.order, s.octree_tolerance);
+    return fmt::format(
+        "{} cells along the longest side, S{}, octree tolerance {:.4g}, errors as the solver states them", s.cells,
+        s.order, s.octree_tolerance);
   }
 
   // Jobs.
@@ -297,7 +317,9 @@ class Runs {
     }
     return -1;
   }
-  bool failed(const StudySetting& setting) const { return std::find(failed_.begin(), failed_.end(), setting) != failed_.end(); }
+  bool failed(const StudySetting& setting) const {
+    return std::find(failed_.begin(), failed_.end(), setting) != failed_.end();
+  }
   const StudyRun& run_at(int index) const { return study_.runs[static_cast<std::size_t>(index)]; }
 
   Job job_of(std::vector<Job::Part> parts, double worth) const {
@@ -306,7 +328,8 @@ class Runs {
     std::vector<StudySetting> worlds;
     for (const Job::Part& part : job.parts) {
       job.predicted_s += kPictures * predict_s(part.setting);
-      if (std::none_of(worlds.begin(), worlds.end(), [&](const StudySetting& w) { return same_world(w, part.setting); })) {
+      if (std::none_of(worlds.begin(), worlds.end(),
+                       [&](const StudySetting& w) { return same_world(w, part.setting); })) {
         job.predicted_s += world_s(part.setting);
         worlds.push_back(part.setting);
       }
@@ -357,7 +380,8 @@ class Runs {
     for (const StudyVariation& v : variations(bench_.traits(), run_at(base).setting)) {
       if (measured(v.setting)) continue;
       const Job::Part part{v.setting, v.knob, base};
-      const bool shares = v.setting.photons > 0 && v.setting.photons == run_at(base).setting.photons && same_world(v.setting, run_at(base).setting);
+      const bool shares = v.setting.photons > 0 && v.setting.photons == run_at(base).setting.photons &&
+                          same_world(v.setting, run_at(base).setting);
       if (shares) {
         shared.push_back(part);
       } else {
@@ -375,7 +399,8 @@ class Runs {
       if (refused(method)) continue;
       climb(ladder);
       const bool up = ladder.ended.empty() && improves(ladder);
-      if (up && !measured(ladder.next)) jobs.push_back(job_of({{ladder.next, "ladder"}}, ladder.rungs.empty() ? kWorthOfFirst : 1));
+      if (up && !measured(ladder.next))
+        jobs.push_back(job_of({{ladder.next, "ladder"}}, ladder.rungs.empty() ? kWorthOfFirst : 1));
       if (ladder.rungs.size() >= kRungsFirst || (!up && !ladder.rungs.empty())) vary(ladder, up, jobs);
     }
     if (!refused(traits.given.method) && !measured(given())) jobs.push_back(job_of({{given(), "scene"}}, 2));
@@ -443,7 +468,8 @@ class Runs {
           const StudyRun &low = run_at(ladder.rungs[k - 1]), &high = run_at(ladder.rungs[k]);
           // With its standard error it is to be below the target.
           const RootError& upper = high.error.error;
-          const double aim = 0.95 * target.error / (1 + upper.error() / std::max(upper.value(), 1e-12)), from = low.error.error.value(), to = high.error.error.value();
+          const double aim = 0.95 * target.error / (1 + upper.error() / std::max(upper.value(), 1e-12)),
+                       from = low.error.error.value(), to = high.error.error.value();
           if (!(from > aim && to < aim && to > 0)) continue;
           if (low.error.error.error() > kTold * from || high.error.error.error() > kTold * to) continue;
           // From the upper rung down: it has the knobs that were found since.
@@ -488,8 +514,8 @@ class Runs {
 
   void fail(const Job::Part& part, const std::exception& error) {
     failed_.push_back(part.setting);
-    const bool known = dynamic_cast<const NumericalError*>(&error) || dynamic_cast<const InputError*>(&error) || dynamic_cast<const ResourceError*>(&error) ||
-                       dynamic_cast<const std::bad_alloc*>(&error);
+    const bool known = dynamic_cast<const NumericalError*>(&error) || dynamic_cast<const InputError*>(&error) ||
+                       dynamic_cast<const ResourceError*>(&error) || dynamic_cast<const std::bad_alloc*>(&error);
     if (!known) throw;
     Ladder& ladder = ladders_.at(part.setting.method);
     if (part.purpose != "ladder" && part.purpose != "warm up") {
@@ -509,7 +535,9 @@ class Runs {
     run.base = part.base;
     const double share = 1.0 / static_cast<double>(made.size());
     for (StudyPicture& picture : made) {
-      const auto add = [&](StudySeconds::Stage& to, const StudySeconds::Stage& from) { to.cpu += share * from.cpu, to.wall += share * from.wall; };
+      const auto add = [&](StudySeconds::Stage& to, const StudySeconds::Stage& from) {
+        to.cpu += share * from.cpu, to.wall += share * from.wall;
+      };
       add(run.seconds.world, picture.seconds.world);
       add(run.seconds.map, picture.seconds.map);
       add(run.seconds.image, picture.seconds.image);
@@ -533,22 +561,26 @@ class Runs {
   }
 
   std::string line_of(const StudyRun& run) const {
-    std::string error = study_.reference.picture.known()
-                            ? fmt::format("{:.2f} +- {:.2f} %", 100 * run.error.error.value(), 100 * run.error.error.error())
-                            : std::string("error not known yet");
-    return fmt::format("[{:5.0f} s] {}: {}, {:.2f} s CPU", spent_s(), study_label(run.setting), error, run.seconds.cpu());
+    std::string error =
+        study_.reference.picture.known()
+            ? fmt::format("{:.2f} +- {:.2f} %", 100 * run.error.error.value(), 100 * run.error.error.error())
+            : std::string("error not known yet");
+    return fmt::format("[{:5.0f} s] {}: {}, {:.2f} s CPU", spent_s(), study_label(run.setting), error,
+                       run.seconds.cpu());
   }
 
   /// What a job says about the next.
   void finish(const Job& job) {
     for (const Job::Part& part : job.parts) {
       if (part.purpose.starts_with("target")) {
-        for (const double target : kStudyTargets) tries_[target] += part.purpose == fmt::format("target {:.4g} %", 100 * target) ? 1 : 0;
+        for (const double target : kStudyTargets)
+          tries_[target] += part.purpose == fmt::format("target {:.4g} %", 100 * target) ? 1 : 0;
       }
     }
     const Job::Part& first = job.parts.front();
     Ladder& ladder = ladders_.at(first.setting.method);
-    if (first.purpose == "ladder" && !failed(first.setting)) ladder.next = scaled(bench_.traits(), first.setting, kRung);
+    if (first.purpose == "ladder" && !failed(first.setting))
+      ladder.next = scaled(bench_.traits(), first.setting, kRung);
     if (first.base < 0 || !study_.reference.picture.known()) return;
     // The best value of the knob, where it is worth taking, goes into the next rung.
     for (const Job::Part& part : job.parts) {
@@ -573,11 +605,13 @@ class Runs {
   void tell_left_out(const std::vector<Job>& jobs) {
     for (const Job& job : jobs) {
       if (job.parts.size() == 1) {
-        study_.left_out.push_back(fmt::format("{}: about {:.0f} s, when {:.0f} s were left", study_label(job.parts.front().setting), job.predicted_s,
+        study_.left_out.push_back(fmt::format("{}: about {:.0f} s, when {:.0f} s were left",
+                                              study_label(job.parts.front().setting), job.predicted_s,
                                               std::max(0.0, left_s())));
       } else {
-        study_.left_out.push_back(fmt::format("{} other settings around {}: about {:.0f} s, when {:.0f} s were left", job.parts.size(),
-                                              study_label(run_at(job.parts.front().base).setting), job.predicted_s, std::max(0.0, left_s())));
+        study_.left_out.push_back(fmt::format("{} other settings around {}: about {:.0f} s, when {:.0f} s were left",
+                                              job.parts.size(), study_label(run_at(job.parts.front().base).setting),
+                                              job.predicted_s, std::max(0.0, left_s())));
       }
     }
   }

@@ -1,9 +1,9 @@
 #include "scene/study_setting.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-
-#include <fmt/format.h>
 
 #include "photon/world.h"
 #include "scene/scene_limits.h"
@@ -24,22 +24,27 @@ int rounded(double value, int least, int most) {
   return static_cast<int>(std::clamp(std::round(value), static_cast<double>(least), static_cast<double>(most)));
 }
 
-std::uint64_t photons(double value) { return static_cast<std::uint64_t>(std::clamp(std::round(value), 1.0, kMostPhotons)); }
+std::uint64_t photons(double value) {
+  return static_cast<std::uint64_t>(std::clamp(std::round(value), 1.0, kMostPhotons));
+}
 
 /// The balance of noise k^(-1/2) and bias (k/N)^(2/3), through the scene's own setting.
 double nearest_on_ladder(const StudySetting& given, double photons) {
-  const double k = given.nearest * std::pow(photons / static_cast<double>(std::max<std::uint64_t>(1, given.photons)), kNearestPower);
+  const double k =
+      given.nearest * std::pow(photons / static_cast<double>(std::max<std::uint64_t>(1, given.photons)), kNearestPower);
   return std::round(std::clamp(k, static_cast<double>(kFewNearest), static_cast<double>(kMostNearest)));
 }
 
-/// Above the scene's own setting the rays of a pixel grow as the noise of its samples falls: else theirs would stay. More
-/// rays than samples serve little below it.
+/// Above the scene's own setting the rays of a pixel grow as the noise of its samples falls: else theirs would stay.
+/// More rays than samples serve little below it.
 double rays_on_ladder(const StudySetting& given, const StudySetting& s) {
   if (s.method == StudyMethod::photon) {
-    const double above = static_cast<double>(s.photons) / static_cast<double>(std::max<std::uint64_t>(1, given.photons));
+    const double above =
+        static_cast<double>(s.photons) / static_cast<double>(std::max<std::uint64_t>(1, given.photons));
     return given.rays * std::max(1.0, std::pow(above, kNearestPower));
   }
-  return s.samples > given.samples ? static_cast<double>(given.rays) * s.samples / given.samples : std::min(given.rays, s.samples);
+  return s.samples > given.samples ? static_cast<double>(given.rays) * s.samples / given.samples
+                                   : std::min(given.rays, s.samples);
 }
 
 /// How many rungs below a value the lowest one is.
@@ -80,8 +85,10 @@ StudySetting scaled(const StudyTraits& traits, StudySetting s, double factor) {
       const double before = nearest_on_ladder(given, static_cast<double>(s.photons));
       s.photons = photons(static_cast<double>(s.photons) * factor);
       // Through the scene's own setting, whatever was rounded on the way.
-      if (std::abs(static_cast<double>(s.photons) / static_cast<double>(given.photons) - 1) < 0.01) s.photons = given.photons;
-      if (map) s.nearest = rounded(s.nearest * nearest_on_ladder(given, static_cast<double>(s.photons)) / before, 1, 100000);
+      if (std::abs(static_cast<double>(s.photons) / static_cast<double>(given.photons) - 1) < 0.01)
+        s.photons = given.photons;
+      if (map)
+        s.nearest = rounded(s.nearest * nearest_on_ladder(given, static_cast<double>(s.photons)) / before, 1, 100000);
     }
     if (!map) s.samples = rounded(s.samples * factor, 1, 1 << 24);
     s.rays = rounded(s.rays * rays_on_ladder(given, s) / rays, 1, traits.most_rays);
@@ -113,7 +120,10 @@ StudySetting first_rung(const StudyTraits& traits, StudyMethod method) {
     if (s.samples > 0) s.samples = 1;
     return s;
   }
-  const double few = method == StudyMethod::path ? 1 : method == StudyMethod::gather ? std::max(kFewPhotons, static_cast<double>(given.photons) / given.samples) : kFewPhotons;
+  const double few = method == StudyMethod::path ? 1
+                     : method == StudyMethod::gather
+                         ? std::max(kFewPhotons, static_cast<double>(given.photons) / given.samples)
+                         : kFewPhotons;
   const int below = rungs_below(method == StudyMethod::path ? given.samples : static_cast<double>(s.photons), few);
   return scaled(traits, s, std::pow(kRung, -below));
 }
@@ -149,7 +159,8 @@ std::vector<StudyVariation> variations(const StudyTraits& traits, const StudySet
   }
   if (traits.clouds) {
     for (const double factor : {10.0, 0.1}) {
-      vary("octree_tolerance", [&](StudySetting& s) { s.octree_tolerance = std::min(0.5, s.octree_tolerance * factor); });
+      vary("octree_tolerance",
+           [&](StudySetting& s) { s.octree_tolerance = std::min(0.5, s.octree_tolerance * factor); });
     }
   }
   if (traits.spectral) {
@@ -166,7 +177,9 @@ StudySetting with_knob(StudySetting s, const std::string& knob, const StudySetti
   if (knob == "nearest") s.nearest = rounded(by_ratio(s.nearest, base.nearest, changed.nearest), 2, 100000);
   if (knob == "kernel") s.kernel = changed.kernel;
   if (knob == "rays") s.rays = changed.rays;
-  if (knob == "photons") s.photons = photons(by_ratio(static_cast<double>(s.photons), static_cast<double>(base.photons), static_cast<double>(changed.photons)));
+  if (knob == "photons")
+    s.photons = photons(by_ratio(static_cast<double>(s.photons), static_cast<double>(base.photons),
+                                 static_cast<double>(changed.photons)));
   if (knob == "order") s.order = changed.order;
   if (knob == "octree_tolerance") s.octree_tolerance = changed.octree_tolerance;
   if (knob == "intervals") s.intervals = changed.intervals;
@@ -178,10 +191,14 @@ StudyWork work_of(const StudySetting& s) {
   // Beside its paths a ray costs what the walk through the clouds does.
   const double rays = s.rays;
   switch (s.method) {
-    case StudyMethod::photon: return {static_cast<double>(s.photons), intervals * rays * (s.nearest + 32.0)};
-    case StudyMethod::gather: return {static_cast<double>(s.photons), intervals * (s.samples + 0.5 * rays) * (s.nearest + 96.0)};
-    case StudyMethod::path: return {0, intervals * (s.samples + 0.5 * rays)};
-    case StudyMethod::ordinates: break;
+    case StudyMethod::photon:
+      return {static_cast<double>(s.photons), intervals * rays * (s.nearest + 32.0)};
+    case StudyMethod::gather:
+      return {static_cast<double>(s.photons), intervals * (s.samples + 0.5 * rays) * (s.nearest + 96.0)};
+    case StudyMethod::path:
+      return {0, intervals * (s.samples + 0.5 * rays)};
+    case StudyMethod::ordinates:
+      break;
   }
   return {intervals * std::pow(s.cells, 3) * s.order * s.order, intervals * rays * s.cells};
 }
@@ -189,10 +206,19 @@ StudyWork work_of(const StudySetting& s) {
 std::string study_label(const StudySetting& s) {
   std::string text = name_of(s.method);
   switch (s.method) {
-    case StudyMethod::photon: text += fmt::format(", {} photons, {} nearest", grouped(s.photons), s.nearest); break;
-    case StudyMethod::gather: text += fmt::format(", {} photons, {} nearest, {} sample{}", grouped(s.photons), s.nearest, s.samples, s.samples == 1 ? "" : "s"); break;
-    case StudyMethod::path: text += fmt::format(", {} sample{}", s.samples, s.samples == 1 ? "" : "s"); break;
-    case StudyMethod::ordinates: text += fmt::format(", {} cells, S{}", s.cells, s.order); break;
+    case StudyMethod::photon:
+      text += fmt::format(", {} photons, {} nearest", grouped(s.photons), s.nearest);
+      break;
+    case StudyMethod::gather:
+      text += fmt::format(", {} photons, {} nearest, {} sample{}", grouped(s.photons), s.nearest, s.samples,
+                          s.samples == 1 ? "" : "s");
+      break;
+    case StudyMethod::path:
+      text += fmt::format(", {} sample{}", s.samples, s.samples == 1 ? "" : "s");
+      break;
+    case StudyMethod::ordinates:
+      text += fmt::format(", {} cells, S{}", s.cells, s.order);
+      break;
   }
   const bool maps = s.method == StudyMethod::photon || s.method == StudyMethod::gather;
   if (maps && s.kernel != Kernel::epanechnikov) text += fmt::format(", {} kernel", name_of(s.kernel));
@@ -205,7 +231,9 @@ std::string study_label(const StudySetting& s) {
 std::vector<std::pair<std::string, std::string>> scene_edits(const StudySetting& s, const std::vector<bool>& grey) {
   std::vector<std::pair<std::string, std::string>> edits;
   if (!renders(s.method)) return edits;
-  const auto edit = [&](std::string pointer, std::string value) { edits.emplace_back(std::move(pointer), std::move(value)); };
+  const auto edit = [&](std::string pointer, std::string value) {
+    edits.emplace_back(std::move(pointer), std::move(value));
+  };
   const bool path = s.method == StudyMethod::path;
   edit("/render/method", path ? "\"path\"" : "\"photon\"");
   if (!path) {
@@ -241,7 +269,8 @@ void apply(const StudySetting& s, Description& scene) {
 StudyTraits traits_of(const Description& scene, const World& world, bool gathers) {
   StudyTraits traits;
   traits.scatters = false;
-  for (int i = 0; i < world.interval_count(); ++i) traits.scatters = traits.scatters || world.scatters(i) || world.surfaces_reflect(i);
+  for (int i = 0; i < world.interval_count(); ++i)
+    traits.scatters = traits.scatters || world.scatters(i) || world.surfaces_reflect(i);
   traits.clouds = !scene.clouds.empty();
   traits.depth_limited = scene.sensor.scattering_depth.has_value();
 
@@ -260,7 +289,9 @@ StudyTraits traits_of(const Description& scene, const World& world, bool gathers
 
   const RenderDescription& render = scene.render;
   StudySetting& given = traits.given;
-  given.method = render.method == MethodKind::path ? StudyMethod::path : gathers ? StudyMethod::gather : StudyMethod::photon;
+  given.method = render.method == MethodKind::path ? StudyMethod::path
+                 : gathers                         ? StudyMethod::gather
+                                                   : StudyMethod::photon;
   given.photons = render.photons;
   given.nearest = render.nearest;
   given.kernel = render.kernel;

@@ -1,11 +1,11 @@
 // A study as text: the table of settings to use, and its numbers for programs and spreadsheets.
 #include "scene/study_table.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 namespace obscura {
@@ -21,10 +21,16 @@ Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nul
 Json stage_json(const StudySeconds::Stage& stage) { return {{"cpu", number(stage.cpu)}, {"wall", number(stage.wall)}}; }
 
 Json seconds_json(const StudySeconds& s) {
-  return {{"cpu", number(s.cpu())}, {"wall", number(s.wall())}, {"world", stage_json(s.world)}, {"map", stage_json(s.map)}, {"image", stage_json(s.image)}};
+  return {{"cpu", number(s.cpu())},
+          {"wall", number(s.wall())},
+          {"world", stage_json(s.world)},
+          {"map", stage_json(s.map)},
+          {"image", stage_json(s.image)}};
 }
 
-Json memory_json(const StudyBytes& b) { return {{"octree", b.octree}, {"map", b.map}, {"film", b.film}, {"total", b.total()}}; }
+Json memory_json(const StudyBytes& b) {
+  return {{"octree", b.octree}, {"map", b.map}, {"film", b.film}, {"total", b.total()}};
+}
 
 Json settings_json(const Study& study, const StudySetting& setting) {
   Json settings = Json::object();
@@ -39,7 +45,11 @@ Json run_json(const Study& study, std::size_t index) {
   json["varies"] = run.base >= 0 ? Json(run.base) : Json(nullptr);
   json["settings"] = settings_json(study, s);
   if (!renders(s.method)) {
-    json["ordinates"] = {{"cells", s.cells}, {"order", s.order}, {"rays", s.rays}, {"octree_tolerance", s.octree_tolerance}, {"intervals", s.intervals}};
+    json["ordinates"] = {{"cells", s.cells},
+                         {"order", s.order},
+                         {"rays", s.rays},
+                         {"octree_tolerance", s.octree_tolerance},
+                         {"intervals", s.intervals}};
   }
   json["seconds"] = seconds_json(run.seconds);
   json["seconds_full"] = seconds_json(run.full);
@@ -70,12 +80,13 @@ std::vector<std::array<std::string, 6>> target_rows(const Study& study) {
   for (const StudyTarget& target : study.targets) {
     if (target.run < 0) {
       const bool told = !rows.empty() && rows.back()[2].empty();
-      rows.push_back({target_text(target.error), told ? std::string("not reached") : not_reached_text(study), "", "", "", ""});
+      rows.push_back(
+          {target_text(target.error), told ? std::string("not reached") : not_reached_text(study), "", "", "", ""});
       continue;
     }
     const StudyRun& run = study.runs[static_cast<std::size_t>(target.run)];
-    rows.push_back({target_text(target.error), study_label(run.setting), percent_text(run.error.error), seconds_text(run.full.cpu()),
-                    seconds_text(run.full.wall()), memory_text(run.full_bytes.total())});
+    rows.push_back({target_text(target.error), study_label(run.setting), percent_text(run.error.error),
+                    seconds_text(run.full.cpu()), seconds_text(run.full.wall()), memory_text(run.full_bytes.total())});
   }
   return rows;
 }
@@ -86,7 +97,8 @@ namespace detail {
 
 std::string percent_text(const RootError& error) {
   if (error.value() <= error.error()) return fmt::format("< {:.2g} %", 100 * (error.value() + error.error()));
-  const int digits = std::clamp(1 - static_cast<int>(std::floor(std::log10(std::max(100 * error.error(), 1e-6)))), 0, 4);
+  const int digits =
+      std::clamp(1 - static_cast<int>(std::floor(std::log10(std::max(100 * error.error(), 1e-6)))), 0, 4);
   return fmt::format("{:.{}f} +- {:.{}f} %", 100 * error.value(), digits, 100 * error.error(), digits);
 }
 
@@ -102,7 +114,8 @@ std::string target_text(double target) { return fmt::format("{:.4g} %", 100 * ta
 
 std::string reference_text(const Study& study) {
   return fmt::format("{}: {}; its own error {}", study.reference.method, study.reference.what,
-                     study.reference.picture.known() ? fmt::format("{:.3g} %", 100 * study.reference.error.value()) : std::string("is not known"));
+                     study.reference.picture.known() ? fmt::format("{:.3g} %", 100 * study.reference.error.value())
+                                                     : std::string("is not known"));
 }
 
 std::string not_reached_text(const Study& study) {
@@ -129,14 +142,17 @@ std::string command_text(const Study& study, const StudyRun& run) {
 }  // namespace detail
 
 std::string study_table(const Study& study) {
-  std::string text = fmt::format("{}: {} x {} pixels for {} x {}\nreference: {}\n", study.scene.empty() ? "scene " + study.hash : study.scene, study.resolution[0],
-                                 study.resolution[1], study.full_resolution[0], study.full_resolution[1], reference_text(study));
-  std::vector<std::array<std::string, 6>> lines = {{"target", "cheapest setting measured to reach it", "error", "CPU", "wall", "memory"}};
+  std::string text =
+      fmt::format("{}: {} x {} pixels for {} x {}\nreference: {}\n",
+                  study.scene.empty() ? "scene " + study.hash : study.scene, study.resolution[0], study.resolution[1],
+                  study.full_resolution[0], study.full_resolution[1], reference_text(study));
+  std::vector<std::array<std::string, 6>> lines = {
+      {"target", "cheapest setting measured to reach it", "error", "CPU", "wall", "memory"}};
   for (auto& row : target_rows(study)) lines.push_back(std::move(row));
   if (study.as_given >= 0) {
     const StudyRun& run = study.runs[static_cast<std::size_t>(study.as_given)];
-    lines.push_back({"as given", study_label(run.setting), percent_text(run.error.error), seconds_text(run.full.cpu()), seconds_text(run.full.wall()),
-                     memory_text(run.full_bytes.total())});
+    lines.push_back({"as given", study_label(run.setting), percent_text(run.error.error), seconds_text(run.full.cpu()),
+                     seconds_text(run.full.wall()), memory_text(run.full_bytes.total())});
   }
   std::array<std::size_t, 6> widths{};
   for (const auto& line : lines) {
@@ -146,12 +162,16 @@ std::string study_table(const Study& study) {
   }
   for (const auto& line : lines) {
     std::string row;
-    for (std::size_t c = 0; c < line.size(); ++c) row += c < 2 ? fmt::format("{:<{}}  ", line[c], widths[c]) : fmt::format("{:>{}}  ", line[c], widths[c]);
+    for (std::size_t c = 0; c < line.size(); ++c)
+      row += c < 2 ? fmt::format("{:<{}}  ", line[c], widths[c]) : fmt::format("{:>{}}  ", line[c], widths[c]);
     row.erase(row.find_last_not_of(' ') + 1);
     text += row + "\n";
   }
-  text += fmt::format("times and memory: predicted for {} x {}, World and map included, {} thread{}; {} settings measured in {:.0f} s\n", study.full_resolution[0],
-                      study.full_resolution[1], study.threads, study.threads == 1 ? "" : "s", study.runs.size(), study.spent_s);
+  text += fmt::format(
+      "times and memory: predicted for {} x {}, World and map included, {} thread{}; {} settings measured in {:.0f} "
+      "s\n",
+      study.full_resolution[0], study.full_resolution[1], study.threads, study.threads == 1 ? "" : "s",
+      study.runs.size(), study.spent_s);
   for (const auto& [method, why] : study.refusals) text += fmt::format("without {}: {}\n", name_of(method), why);
   for (const std::string& what : study.left_out) text += fmt::format("left out: {}\n", what);
   if (study.partial) text += "stopped before the end\n";
@@ -159,7 +179,9 @@ std::string study_table(const Study& study) {
 }
 
 std::string study_markdown(const Study& study) {
-  std::string text = "| error | cheapest setting measured to reach it | measured error | CPU | wall | memory |\n|---:|---|---:|---:|---:|---:|\n";
+  std::string text =
+      "| error | cheapest setting measured to reach it | measured error | CPU | wall | memory "
+      "|\n|---:|---|---:|---:|---:|---:|\n";
   for (const auto& row : target_rows(study)) {
     text += '|';
     for (const std::string& cell : row) {
@@ -169,25 +191,31 @@ std::string study_markdown(const Study& study) {
     }
     text += '\n';
   }
-  text += fmt::format("\nTimes and memory are predicted for {} x {} pixels on {} thread{} from {} settings at {} x {}, World and photon map included. Reference: {}.\n",
-                      study.full_resolution[0], study.full_resolution[1], study.threads, study.threads == 1 ? "" : "s", study.runs.size(), study.resolution[0],
-                      study.resolution[1], reference_text(study));
+  text += fmt::format(
+      "\nTimes and memory are predicted for {} x {} pixels on {} thread{} from {} settings at {} x {}, World and "
+      "photon map included. Reference: {}.\n",
+      study.full_resolution[0], study.full_resolution[1], study.threads, study.threads == 1 ? "" : "s",
+      study.runs.size(), study.resolution[0], study.resolution[1], reference_text(study));
   for (const auto& [method, why] : study.refusals) text += fmt::format("Without {}: {}.\n", name_of(method), why);
   return text;
 }
 
 std::string study_csv(const Study& study) {
   std::string text =
-      "run,method,purpose,varies,photons,nearest,kernel,samples,rays,octree_tolerance,intervals,cells,order,cpu_s,wall_s,cpu_world_s,cpu_map_s,cpu_image_s,"
-      "full_cpu_s,full_wall_s,memory_bytes,full_memory_bytes,peak_MiB,error,error_bar,bias,bias_bar,noise,noise_bar,label\n";
+      "run,method,purpose,varies,photons,nearest,kernel,samples,rays,octree_tolerance,intervals,cells,order,cpu_s,wall_"
+      "s,cpu_world_s,cpu_map_s,cpu_image_s,"
+      "full_cpu_s,full_wall_s,memory_bytes,full_memory_bytes,peak_MiB,error,error_bar,bias,bias_bar,noise,noise_bar,"
+      "label\n";
   const bool known = study.reference.picture.known();
   for (std::size_t r = 0; r < study.runs.size(); ++r) {
     const StudyRun& run = study.runs[r];
     const StudySetting& s = run.setting;
-    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}", r, name_of(s.method), quoted(run.purpose),
-                        run.base >= 0 ? std::to_string(run.base) : std::string(), s.photons, s.nearest, name_of(s.kernel), s.samples, s.rays, s.octree_tolerance,
-                        s.intervals, s.cells, s.order, run.seconds.cpu(), run.seconds.wall(), run.seconds.world.cpu, run.seconds.map.cpu, run.seconds.image.cpu,
-                        run.full.cpu(), run.full.wall(), run.bytes.total(), run.full_bytes.total(), run.peak_MiB);
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}", r, name_of(s.method),
+                        quoted(run.purpose), run.base >= 0 ? std::to_string(run.base) : std::string(), s.photons,
+                        s.nearest, name_of(s.kernel), s.samples, s.rays, s.octree_tolerance, s.intervals, s.cells,
+                        s.order, run.seconds.cpu(), run.seconds.wall(), run.seconds.world.cpu, run.seconds.map.cpu,
+                        run.seconds.image.cpu, run.full.cpu(), run.full.wall(), run.bytes.total(),
+                        run.full_bytes.total(), run.peak_MiB);
     for (const RootError* root : {&run.error.error, &run.error.bias, &run.error.noise}) {
       text += known ? fmt::format(",{},{}", root->value(), root->error()) : std::string(",,");
     }
@@ -197,9 +225,10 @@ std::string study_csv(const Study& study) {
 }
 
 std::string study_json(const Study& study) {
-  Json json = {{"version", OBSCURA_VERSION}, {"scene", study.scene},         {"hash", study.hash},
-               {"threads", study.threads},   {"resolution", study.resolution}, {"full_resolution", study.full_resolution},
-               {"budget_s", study.budget_s}, {"spent_s", study.spent_s}};
+  Json json = {
+      {"version", OBSCURA_VERSION}, {"scene", study.scene},           {"hash", study.hash},
+      {"threads", study.threads},   {"resolution", study.resolution}, {"full_resolution", study.full_resolution},
+      {"budget_s", study.budget_s}, {"spent_s", study.spent_s}};
   const bool known = study.reference.picture.known();
   json["reference"] = {{"method", study.reference.method},
                        {"what", study.reference.what},
@@ -238,7 +267,8 @@ std::string study_json(const Study& study) {
                               {"points", slope.law.points}});
   }
   json["refusals"] = Json::array();
-  for (const auto& [method, why] : study.refusals) json["refusals"].push_back({{"method", name_of(method)}, {"reason", why}});
+  for (const auto& [method, why] : study.refusals)
+    json["refusals"].push_back({{"method", name_of(method)}, {"reason", why}});
   json["left_out"] = study.left_out;
   json["warnings"] = study.warnings;
   json["partial"] = study.partial;

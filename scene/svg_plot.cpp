@@ -1,10 +1,10 @@
 #include "scene/svg_plot.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string_view>
-
-#include <fmt/format.h>
 
 #include "scene/html_page.h"
 
@@ -17,7 +17,7 @@ using detail::html_escaped;
 constexpr std::array<const char*, 6> kPalette{"#e08214", "#2b83d6", "#1a9850", "#a35bd1", "#d6446c", "#7a7d87"};
 constexpr double kLeft = 78, kRight = 18, kBottom = 52, kTitle = 30, kLegendLine = 20;
 constexpr double kFewDecades = 0.8;  // below which every digit has a tick
-constexpr double kLetter = 7.2;  // mean width at 13 px
+constexpr double kLetter = 7.2;      // mean width at 13 px
 
 std::string colour(int number) {
   return number < 0 ? "var(--ink)" : kPalette[static_cast<std::size_t>(number) % kPalette.size()];
@@ -27,24 +27,31 @@ std::string shape(PlotMarker marker, double x, double y, double size, const std:
   const std::string paint = hollow ? fmt::format("fill=\"var(--paper)\" stroke=\"{}\" stroke-width=\"1.3\"", ink)
                                    : fmt::format("fill=\"{}\" stroke=\"{}\" stroke-width=\"1\"", ink, ink);
   switch (marker) {
-    case PlotMarker::none: return {};
-    case PlotMarker::circle: return fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\" {}", x, y, size, paint);
+    case PlotMarker::none:
+      return {};
+    case PlotMarker::circle:
+      return fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\" {}", x, y, size, paint);
     case PlotMarker::square:
-      return fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" {}", x - 0.9 * size, y - 0.9 * size, 1.8 * size, 1.8 * size, paint);
+      return fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" {}", x - 0.9 * size,
+                         y - 0.9 * size, 1.8 * size, 1.8 * size, paint);
     case PlotMarker::triangle:
-      return fmt::format("<path d=\"M{:.1f} {:.1f}L{:.1f} {:.1f}L{:.1f} {:.1f}Z\" {}", x, y - 1.2 * size, x + 1.1 * size, y + 0.8 * size, x - 1.1 * size,
-                         y + 0.8 * size, paint);
-    case PlotMarker::diamond: break;
+      return fmt::format("<path d=\"M{:.1f} {:.1f}L{:.1f} {:.1f}L{:.1f} {:.1f}Z\" {}", x, y - 1.2 * size,
+                         x + 1.1 * size, y + 0.8 * size, x - 1.1 * size, y + 0.8 * size, paint);
+    case PlotMarker::diamond:
+      break;
   }
-  return fmt::format("<path d=\"M{:.1f} {:.1f}L{:.1f} {:.1f}L{:.1f} {:.1f}L{:.1f} {:.1f}Z\" {}", x, y - 1.3 * size, x + 1.3 * size, y, x, y + 1.3 * size,
-                     x - 1.3 * size, y, paint);
+  return fmt::format("<path d=\"M{:.1f} {:.1f}L{:.1f} {:.1f}L{:.1f} {:.1f}L{:.1f} {:.1f}Z\" {}", x, y - 1.3 * size,
+                     x + 1.3 * size, y, x, y + 1.3 * size, x - 1.3 * size, y, paint);
 }
 
-std::string drawn(PlotMarker marker, double x, double y, double size, const std::string& ink, bool hollow, const std::string& title) {
+std::string drawn(PlotMarker marker, double x, double y, double size, const std::string& ink, bool hollow,
+                  const std::string& title) {
   const std::string open = shape(marker, x, y, size, ink, hollow);
   if (open.empty()) return {};
   std::string text = open;
-  text += title.empty() ? std::string("/>\n") : fmt::format("><title>{}</title></{}>\n", html_escaped(title), open.substr(1, open.find(' ') - 1));
+  text += title.empty()
+              ? std::string("/>\n")
+              : fmt::format("><title>{}</title></{}>\n", html_escaped(title), open.substr(1, open.find(' ') - 1));
   return text;
 }
 
@@ -85,7 +92,8 @@ std::vector<std::pair<double, std::string>> labels_that_fit(const std::vector<Lo
 
 const char* const kStandalone =
     "<style>svg { --ink: #1c1d22; --paper: #ffffff; --faint: #6b6d78; --line: #dcdde3; }\n"
-    "@media (prefers-color-scheme: dark) { svg { --ink: #e4e4ea; --paper: #16171c; --faint: #9a9ca8; --line: #34363f; } }</style>\n";
+    "@media (prefers-color-scheme: dark) { svg { --ink: #e4e4ea; --paper: #16171c; --faint: #9a9ca8; --line: #34363f; "
+    "} }</style>\n";
 
 }  // namespace
 
@@ -94,7 +102,8 @@ std::vector<LogTick> log_ticks(double low, double high) {
   if (!(low > 0) || !(high > low)) return ticks;
   const double decades = std::log10(high / low);
   const int every = std::max(1, static_cast<int>(std::ceil(decades / 12)));
-  const auto first = static_cast<int>(std::floor(std::log10(low) - 1e-9)), last = static_cast<int>(std::ceil(std::log10(high) + 1e-9));
+  const auto first = static_cast<int>(std::floor(std::log10(low) - 1e-9)),
+             last = static_cast<int>(std::ceil(std::log10(high) + 1e-9));
   for (int e = first; e <= last; ++e) {
     for (const int m : {1, 2, 3, 4, 5, 6, 7, 8, 9}) {
       if (m != 1 && m != 2 && m != 5 && decades > kFewDecades) continue;
@@ -115,11 +124,15 @@ std::optional<std::array<double, 4>> clipped(std::array<double, 4> line, const s
   const auto cut = [&](double p, double q) {
     if (p == 0) return q >= 0;
     const double t = q / p;
-    if (p < 0) begin = std::max(begin, t);
-    else end = std::min(end, t);
+    if (p < 0)
+      begin = std::max(begin, t);
+    else
+      end = std::min(end, t);
     return begin <= end;
   };
-  if (!cut(-dx, line[0] - box[0]) || !cut(dx, box[2] - line[0]) || !cut(-dy, line[1] - box[1]) || !cut(dy, box[3] - line[1])) return std::nullopt;
+  if (!cut(-dx, line[0] - box[0]) || !cut(dx, box[2] - line[0]) || !cut(-dy, line[1] - box[1]) ||
+      !cut(dy, box[3] - line[1]))
+    return std::nullopt;
   return std::array<double, 4>{line[0] + begin * dx, line[1] + begin * dy, line[0] + end * dx, line[1] + end * dy};
 }
 
@@ -155,58 +168,76 @@ std::string SvgPlot::svg(bool standalone) const {
   }
   const double top = (legend.empty() ? kTitle : line) + 14;
   const std::array<double, 4> box{kLeft, top, settings_.width - kRight, settings_.height - kBottom};
-  const auto to_x = [&](double v) { return box[0] + (box[2] - box[0]) * std::log(v / xr[0]) / std::log(xr[1] / xr[0]); };
-  const auto to_y = [&](double v) { return box[3] - (box[3] - box[1]) * std::log(v * settings_.y_scale / yr[0]) / std::log(yr[1] / yr[0]); };
+  const auto to_x = [&](double v) {
+    return box[0] + (box[2] - box[0]) * std::log(v / xr[0]) / std::log(xr[1] / xr[0]);
+  };
+  const auto to_y = [&](double v) {
+    return box[3] - (box[3] - box[1]) * std::log(v * settings_.y_scale / yr[0]) / std::log(yr[1] / yr[0]);
+  };
   const auto inside = [&](double x, double y) { return x >= box[0] && x <= box[2] && y >= box[1] && y <= box[3]; };
 
-  std::string s = fmt::format("<svg {}viewBox=\"0 0 {} {}\" width=\"{}\" height=\"{}\" font-family=\"system-ui, sans-serif\" font-size=\"13\" role=\"img\">\n",
-                              standalone ? "xmlns=\"http://www.w3.org/2000/svg\" " : "", settings_.width, settings_.height, settings_.width, settings_.height);
+  std::string s = fmt::format(
+      "<svg {}viewBox=\"0 0 {} {}\" width=\"{}\" height=\"{}\" font-family=\"system-ui, sans-serif\" font-size=\"13\" "
+      "role=\"img\">\n",
+      standalone ? "xmlns=\"http://www.w3.org/2000/svg\" " : "", settings_.width, settings_.height, settings_.width,
+      settings_.height);
   if (standalone) {
     s += kStandalone;
     s += fmt::format("<rect width=\"{}\" height=\"{}\" fill=\"var(--paper)\"/>\n", settings_.width, settings_.height);
   }
-  s += fmt::format("<text x=\"{}\" y=\"20\" fill=\"var(--ink)\" font-size=\"15\" font-weight=\"600\">{}</text>\n", kLeft, html_escaped(settings_.title));
+  s += fmt::format("<text x=\"{}\" y=\"20\" fill=\"var(--ink)\" font-size=\"15\" font-weight=\"600\">{}</text>\n",
+                   kLeft, html_escaped(settings_.title));
 
   for (const PlotBand& band : bands_) {
-    const double low = std::max(band.low * settings_.y_scale, yr[0]), high = std::min(band.high * settings_.y_scale, yr[1]);
+    const double low = std::max(band.low * settings_.y_scale, yr[0]),
+                 high = std::min(band.high * settings_.y_scale, yr[1]);
     if (!(high > low)) continue;
     const double y0 = to_y(high / settings_.y_scale), y1 = to_y(low / settings_.y_scale);
-    s += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"var(--faint)\" opacity=\"0.16\"/>\n", box[0], y0,
-                     box[2] - box[0], y1 - y0);
+    s += fmt::format(
+        "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"var(--faint)\" opacity=\"0.16\"/>\n",
+        box[0], y0, box[2] - box[0], y1 - y0);
     if (y1 - y0 > 16) {
-      s += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" fill=\"var(--faint)\" font-size=\"12\">{}</text>\n", box[0] + 6, std::min(y0 + 14, box[3] - 4),
-                       html_escaped(band.label));
+      s += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" fill=\"var(--faint)\" font-size=\"12\">{}</text>\n", box[0] + 6,
+                       std::min(y0 + 14, box[3] - 4), html_escaped(band.label));
     }
   }
   for (const LogTick& tick : log_ticks(xr[0], xr[1])) {
     const double x = to_x(tick.value);
-    s += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"var(--line)\" stroke-width=\"{3}\"/>\n", x, box[1], box[3],
-                     tick.labelled ? 1.0 : 0.5);
+    s += fmt::format(
+        "<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"var(--line)\" "
+        "stroke-width=\"{3}\"/>\n",
+        x, box[1], box[3], tick.labelled ? 1.0 : 0.5);
   }
   for (const auto& [x, text] : labels_that_fit(log_ticks(xr[0], xr[1]), to_x)) {
-    s += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" fill=\"var(--faint)\" text-anchor=\"middle\">{}</text>\n", x, box[3] + 18, text);
+    s += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" fill=\"var(--faint)\" text-anchor=\"middle\">{}</text>\n", x,
+                     box[3] + 18, text);
   }
   for (const LogTick& tick : log_ticks(yr[0], yr[1])) {
     const double y = to_y(tick.value / settings_.y_scale);
-    s += fmt::format("<line x1=\"{1:.1f}\" x2=\"{2:.1f}\" y1=\"{0:.1f}\" y2=\"{0:.1f}\" stroke=\"var(--line)\" stroke-width=\"{3}\"/>\n", y, box[0], box[2],
-                     tick.labelled ? 1.0 : 0.5);
+    s += fmt::format(
+        "<line x1=\"{1:.1f}\" x2=\"{2:.1f}\" y1=\"{0:.1f}\" y2=\"{0:.1f}\" stroke=\"var(--line)\" "
+        "stroke-width=\"{3}\"/>\n",
+        y, box[0], box[2], tick.labelled ? 1.0 : 0.5);
     if (tick.labelled) {
-      s += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" fill=\"var(--faint)\" text-anchor=\"end\">{}{}</text>\n", box[0] - 7, y + 4.5,
-                       number_text(tick.value), html_escaped(settings_.y_unit));
+      s += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" fill=\"var(--faint)\" text-anchor=\"end\">{}{}</text>\n",
+                       box[0] - 7, y + 4.5, number_text(tick.value), html_escaped(settings_.y_unit));
     }
   }
-  s += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"none\" stroke=\"var(--faint)\"/>\n", box[0], box[1],
-                   box[2] - box[0], box[3] - box[1]);
-  s += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" fill=\"var(--ink)\" text-anchor=\"middle\">{}</text>\n", (box[0] + box[2]) / 2, box[3] + 40,
-                   html_escaped(settings_.x_label));
-  s += fmt::format("<text transform=\"translate(18 {:.1f}) rotate(-90)\" fill=\"var(--ink)\" text-anchor=\"middle\">{}</text>\n", (box[1] + box[3]) / 2,
-                   html_escaped(settings_.y_label));
+  s += fmt::format(
+      "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"none\" stroke=\"var(--faint)\"/>\n",
+      box[0], box[1], box[2] - box[0], box[3] - box[1]);
+  s += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" fill=\"var(--ink)\" text-anchor=\"middle\">{}</text>\n",
+                   (box[0] + box[2]) / 2, box[3] + 40, html_escaped(settings_.x_label));
+  s += fmt::format(
+      "<text transform=\"translate(18 {:.1f}) rotate(-90)\" fill=\"var(--ink)\" text-anchor=\"middle\">{}</text>\n",
+      (box[1] + box[3]) / 2, html_escaped(settings_.y_label));
 
   const auto stroke = [&](std::array<double, 4> ends, const std::string& ink, double width, bool dashed) {
     const auto part = clipped(ends, box);
     if (!part) return;
-    s += fmt::format("<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\" stroke-width=\"{}\"{}/>\n", (*part)[0], (*part)[1],
-                     (*part)[2], (*part)[3], ink, width, dashed ? " stroke-dasharray=\"6 4\"" : "");
+    s += fmt::format(
+        "<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\" stroke-width=\"{}\"{}/>\n",
+        (*part)[0], (*part)[1], (*part)[2], (*part)[3], ink, width, dashed ? " stroke-dasharray=\"6 4\"" : "");
   };
   for (const PlotSeries& series : series_) {
     const std::string ink = colour(series.colour);
@@ -241,11 +272,14 @@ std::string SvgPlot::svg(bool standalone) const {
   for (const Entry& entry : legend) {
     const std::string ink = colour(entry.series->colour);
     if (entry.series->line) {
-      s += fmt::format("<line x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\" stroke-width=\"{}\"{}/>\n", entry.x, entry.x + 24, entry.y - 4,
-                       entry.y - 4, ink, entry.series->steps ? 1.0 : 1.8, entry.series->dashed ? " stroke-dasharray=\"6 4\"" : "");
+      s += fmt::format(
+          "<line x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\" stroke-width=\"{}\"{}/>\n",
+          entry.x, entry.x + 24, entry.y - 4, entry.y - 4, ink, entry.series->steps ? 1.0 : 1.8,
+          entry.series->dashed ? " stroke-dasharray=\"6 4\"" : "");
     }
     s += drawn(entry.series->marker, entry.x + 12, entry.y - 4, 4.6, ink, false, {});
-    s += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" fill=\"var(--ink)\">{}</text>\n", entry.x + 30, entry.y, html_escaped(entry.series->name));
+    s += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" fill=\"var(--ink)\">{}</text>\n", entry.x + 30, entry.y,
+                     html_escaped(entry.series->name));
   }
   return s + "</svg>\n";
 }

@@ -18,12 +18,12 @@ struct PlotPoint {
 enum class PlotMarker { circle, square, triangle, diamond, none };
 
 struct PlotSeries {
-  std::string name;              ///< in the legend; empty: not there
-  int colour = 0;                ///< number in the palette; negative: the ink's
+  std::string name;  ///< in the legend; empty: not there
+  int colour = 0;    ///< number in the palette; negative: the ink's
   PlotMarker marker = PlotMarker::circle;
-  bool line = true;              ///< joins the points that are not faint
+  bool line = true;  ///< joins the points that are not faint
   bool dashed = false;
-  bool steps = false;            ///< a line of a staircase: level up to the next point's x
+  bool steps = false;  ///< a line of a staircase: level up to the next point's x
   std::vector<PlotPoint> points = {};
 };
 
@@ -36,8 +36,8 @@ struct PlotBand {
 struct PlotSettings {
   std::string title, x_label, y_label;
   int width = 720, height = 440;
-  double y_scale = 1;            ///< y is shown times this (100: per cent)
-  std::string y_unit = {};       ///< behind every number of the y axis
+  double y_scale = 1;       ///< y is shown times this (100: per cent)
+  std::string y_unit = {};  ///< behind every number of the y axis
   std::optional<std::array<double, 2>> x_range = std::nullopt, y_range = std::nullopt;  ///< none: what holds all points
 };
 

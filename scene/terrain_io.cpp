@@ -33,24 +33,28 @@ GridHeader read_header(LineReader& reader, std::string_view& line) {
     const std::string key = detail::lower_case(detail::next_word(rest));
     double value = 0;
     if (detail::to_number(key, value)) break;
-    std::optional<double>* place = key == "ncols"          ? &columns
-                                   : key == "nrows"        ? &rows
-                                   : key == "xllcorner"    ? &corner_x
-                                   : key == "yllcorner"    ? &corner_y
-                                   : key == "xllcenter"    ? &center_x
-                                   : key == "yllcenter"    ? &center_y
+    std::optional<double>* place = key == "ncols"                     ? &columns
+                                   : key == "nrows"                   ? &rows
+                                   : key == "xllcorner"               ? &corner_x
+                                   : key == "yllcorner"               ? &corner_y
+                                   : key == "xllcenter"               ? &center_x
+                                   : key == "yllcenter"               ? &center_y
                                    : key == "cellsize" || key == "dx" ? &dx
-                                   : key == "dy"           ? &dy
-                                   : key == "nodata_value" ? &header.no_data
-                                                           : nullptr;
-    if (!place) reader.fail(fmt::format("\"{:.40}\" is no key of an ESRI ASCII grid", line), "its header has ncols, nrows, xllcorner, yllcorner, cellsize and NODATA_value");
+                                   : key == "dy"                      ? &dy
+                                   : key == "nodata_value"            ? &header.no_data
+                                                                      : nullptr;
+    if (!place)
+      reader.fail(fmt::format("\"{:.40}\" is no key of an ESRI ASCII grid", line),
+                  "its header has ncols, nrows, xllcorner, yllcorner, cellsize and NODATA_value");
     if (!detail::to_number(detail::next_word(rest), value) || !detail::without_blanks(rest).empty()) {
       reader.fail(fmt::format("{} is not followed by one number", key), "a line is like ncols 100");
     }
     *place = value;
   }
   const auto need = [&](bool good, const char* problem) {
-    if (!good) reader.fail(fmt::format("the header before this line {}", problem), "it has to hold ncols, nrows, xllcorner, yllcorner and cellsize");
+    if (!good)
+      reader.fail(fmt::format("the header before this line {}", problem),
+                  "it has to hold ncols, nrows, xllcorner, yllcorner and cellsize");
   };
   const auto size = [&](const std::optional<double>& n, const char* problem) {
     need(n && *n >= 2 && *n == std::floor(*n) && *n <= 4e9, problem);
@@ -62,8 +66,10 @@ GridHeader read_header(LineReader& reader, std::string_view& line) {
   need(dx && *dx > 0 && std::isfinite(*dx) && (!dy || (*dy > 0 && std::isfinite(*dy))), "has no cellsize above 0");
   header.dx = *dx;
   header.dy = dy.value_or(*dx);
-  need((corner_x || center_x) && std::isfinite((corner_x ? corner_x : center_x).value()), "has no xllcorner or xllcenter");
-  need((corner_y || center_y) && std::isfinite((corner_y ? corner_y : center_y).value()), "has no yllcorner or yllcenter");
+  need((corner_x || center_x) && std::isfinite((corner_x ? corner_x : center_x).value()),
+       "has no xllcorner or xllcenter");
+  need((corner_y || center_y) && std::isfinite((corner_y ? corner_y : center_y).value()),
+       "has no yllcorner or yllcenter");
   header.west = center_x ? *center_x : *corner_x + 0.5 * header.dx;
   header.south = center_y ? *center_y : *corner_y + 0.5 * header.dy;
   if (!more) reader.fail("the file ends here: there are no heights", "it is cut off: copy or export it anew");
@@ -77,16 +83,20 @@ void read_row(LineReader& reader, std::string_view& line, const GridHeader& head
     std::string_view word = detail::next_word(line);
     while (word.empty()) {
       if (!reader.next_filled(line)) {
-        reader.fail(fmt::format("the file ends in row {} of {}", row + 1, header.rows), "it is cut off: copy or export it anew");
+        reader.fail(fmt::format("the file ends in row {} of {}", row + 1, header.rows),
+                    "it is cut off: copy or export it anew");
       }
       word = detail::next_word(line);
     }
     double height = 0;
-    if (!detail::to_number(word, height)) reader.fail(fmt::format("\"{:.40}\" is no height", word), "heights are numbers with a decimal point");
-    const bool absent = header.no_data && (height == *header.no_data || (std::isnan(height) && std::isnan(*header.no_data)));
+    if (!detail::to_number(word, height))
+      reader.fail(fmt::format("\"{:.40}\" is no height", word), "heights are numbers with a decimal point");
+    const bool absent =
+        header.no_data && (height == *header.no_data || (std::isnan(height) && std::isnan(*header.no_data)));
     vertices[column] = absent ? kNoVertex : static_cast<std::uint32_t>(out.mesh.vertices.size());
     if (absent) continue;
-    if (!std::isfinite(height)) reader.fail(fmt::format("the height {:g} is not finite", height), "give a NODATA_value where there is no height");
+    if (!std::isfinite(height))
+      reader.fail(fmt::format("the height {:g} is not finite", height), "give a NODATA_value where there is no height");
     out.mesh.vertices.emplace_back(header.west + static_cast<double>(column) * header.dx,
                                    header.south + static_cast<double>(header.rows - 1 - row) * header.dy, height);
     out.vertex_numbers.push_back(static_cast<std::uint32_t>(row * header.columns + column));
@@ -94,7 +104,8 @@ void read_row(LineReader& reader, std::string_view& line, const GridHeader& head
 }
 
 /// Triangles of the squares between two rows.
-void join_rows(const std::vector<std::uint32_t>& north, const std::vector<std::uint32_t>& south, std::uint32_t first_face, MeshFile& out) {
+void join_rows(const std::vector<std::uint32_t>& north, const std::vector<std::uint32_t>& south,
+               std::uint32_t first_face, MeshFile& out) {
   const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::size_t square) {
     if (a == kNoVertex || b == kNoVertex || c == kNoVertex) return false;
     out.mesh.faces.push_back({a, b, c});

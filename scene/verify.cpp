@@ -1,10 +1,10 @@
 #include "scene/verify.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-
-#include <fmt/format.h>
 
 #include "octree/base/error.h"
 #include "photon/fluence.h"
@@ -41,7 +41,9 @@ std::vector<VerifyRow> quantities(const Description& scene) {
   const Film film({scene.sensor.resolution, 1});
   std::vector<VerifyRow> rows;
   for (const BandDescription& band : scene.bands) {
-    const auto row = [&](std::string quantity, double coarser) { rows.push_back({std::move(quantity), band.name, coarser, {}, {}}); };
+    const auto row = [&](std::string quantity, double coarser) {
+      rows.push_back({std::move(quantity), band.name, coarser, {}, {}});
+    };
     row("mean", 1);
     for (int t = 0; film.tile_count() > 1 && t < film.tile_count(); ++t) {
       const auto [x, y, columns, lines] = film.tile_box(t);
@@ -77,7 +79,8 @@ void add_means(const Film& film, int band, bool batches, std::vector<std::option
     values.emplace_back(value);
   };
   add(film.mean(band), {0, 0, film.columns(), film.rows()});
-  for (int t = 0; film.tile_count() > 1 && t < film.tile_count(); ++t) add(film.mean_of_tile(t, band), film.tile_box(t));
+  for (int t = 0; film.tile_count() > 1 && t < film.tile_count(); ++t)
+    add(film.mean_of_tile(t, band), film.tile_box(t));
 }
 
 /// One run of photon map or path tracer: the numbers of quantities(), and the film.
@@ -132,7 +135,8 @@ Pass run_pass(Session& session, Referee method, const VerifySettings& settings, 
   render.seed = seed_of(settings, method, pass);
   session.set_render(render);
   const auto part = [&](int half) {
-    return progress.part(session.scene().name + ": " + name_of(method), static_cast<std::uint64_t>(2 * pass + half), static_cast<std::uint64_t>(2 * settings.passes));
+    return progress.part(session.scene().name + ": " + name_of(method), static_cast<std::uint64_t>(2 * pass + half),
+                         static_cast<std::uint64_t>(2 * settings.passes));
   };
   const Light& light = session.light(part(0));
   Pass result{{}, session.render(part(1)).film};
@@ -164,7 +168,8 @@ VerifyPicture picture_of(const Film& film, int band) {
 }
 
 /// Photon map or path tracer, as often as asked; numbers and pictures are the means.
-void run_random(Session& session, Referee method, const VerifySettings& settings, const Progress& progress, VerifyMethod& result) {
+void run_random(Session& session, Referee method, const VerifySettings& settings, const Progress& progress,
+                VerifyMethod& result) {
   if (method == Referee::path) refuse_unfit_paths(session.world());
   std::vector<Pass> passes;
   for (int p = 0; p < settings.passes && !progress.cancelled(); ++p) {
@@ -177,14 +182,17 @@ void run_random(Session& session, Referee method, const VerifySettings& settings
     for (const Pass& pass : passes) values.push_back(*pass.values[q]);
     result.values.emplace_back(mean_of(values));
   }
-  for (int band = 0; band < passes.front().film.bands(); ++band) result.pictures.push_back(picture_of(passes.front().film, band));
+  for (int band = 0; band < passes.front().film.bands(); ++band)
+    result.pictures.push_back(picture_of(passes.front().film, band));
   const RenderDescription& render = session.scene().render;
   const int rays = session.plan().sampling.max_oversampling;
-  const std::string gather = session.plan().radiance.gather_bounces > 0 ? fmt::format("final gather by {} paths a pixel", render.samples)
-                                                                         : std::string("no final gather");
-  result.what = method == Referee::path ? fmt::format("{} times {} paths a pixel over {} rays", settings.passes, render.samples, rays)
-                                        : fmt::format("{} maps of {} photons, {} nearest, {}, {} rays a pixel", settings.passes,
-                                                      render.photons, render.nearest, gather, rays);
+  const std::string gather = session.plan().radiance.gather_bounces > 0
+                                 ? fmt::format("final gather by {} paths a pixel", render.samples)
+                                 : std::string("no final gather");
+  result.what = method == Referee::path
+                    ? fmt::format("{} times {} paths a pixel over {} rays", settings.passes, render.samples, rays)
+                    : fmt::format("{} maps of {} photons, {} nearest, {}, {} rays a pixel", settings.passes,
+                                  render.photons, render.nearest, gather, rays);
 }
 
 /// Whether all cells of a grid are the same along an axis.
@@ -193,7 +201,9 @@ bool same_along(const OrdinatesGrid& grid, int axis) {
     Vec3i first = grid.cell_at(i);
     first[axis] = 0;
     const std::size_t j = grid.index(first);
-    const auto same = [&](const std::vector<double>& values) { return std::abs(values[i] - values[j]) <= 1e-9 * std::abs(values[j]); };
+    const auto same = [&](const std::vector<double>& values) {
+      return std::abs(values[i] - values[j]) <= 1e-9 * std::abs(values[j]);
+    };
     if (!same(grid.extinction) || !same(grid.scattering) || !same(grid.emission)) return false;
   }
   return true;
@@ -214,7 +224,8 @@ Vec3i cells_of(const World& world) {
   return cells;
 }
 
-void run_ordinates(const Session& session, const VerifySettings& settings, const Progress& progress, VerifyMethod& result) {
+void run_ordinates(const Session& session, const VerifySettings& settings, const Progress& progress,
+                   VerifyMethod& result) {
   const World& world = session.world();
   const Description& scene = session.scene();
   const std::string stage = scene.name + ": " + name_of(Referee::ordinates);
@@ -227,7 +238,8 @@ void run_ordinates(const Session& session, const VerifySettings& settings, const
     solved.emplace_back(world, i, fine, progress.part(stage, static_cast<std::uint64_t>(i), parts));
   }
 
-  const Estimator by_ordinates = [&](int interval, double, std::span<const Ray> rays, std::span<const std::uint64_t>, std::span<Incoming> incoming) {
+  const Estimator by_ordinates = [&](int interval, double, std::span<const Ray> rays, std::span<const std::uint64_t>,
+                                     std::span<Incoming> incoming) {
     std::vector<OrdinatesEstimate> estimates(rays.size());
     solved[static_cast<std::size_t>(interval)].radiance(rays, estimates, incoming);
     for (std::size_t r = 0; r < rays.size(); ++r) {
@@ -241,7 +253,8 @@ void run_ordinates(const Session& session, const VerifySettings& settings, const
   SamplerSettings sampling;
   sampling.max_oversampling = std::min(kOrdinatesRays, scene.sensor.max_oversampling);
   sampling.seed = seed_of(settings, Referee::ordinates, 0);
-  const Film film = render(world, by_ordinates, Camera(session.plan().camera), sampling, progress.part(stage, parts - 1, parts)).film;
+  const Film film =
+      render(world, by_ordinates, Camera(session.plan().camera), sampling, progress.part(stage, parts - 1, parts)).film;
 
   for (std::size_t b = 0; b < scene.bands.size(); ++b) {
     const int band = static_cast<int>(b);
@@ -257,14 +270,15 @@ void run_ordinates(const Session& session, const VerifySettings& settings, const
       }
       result.values.emplace_back(sum);
     }
-    for (std::size_t r = 0; r < session.rectangles().size(); ++r) result.values.insert(result.values.end(), 2, std::nullopt);
+    for (std::size_t r = 0; r < session.rectangles().size(); ++r)
+      result.values.insert(result.values.end(), 2, std::nullopt);
     result.pictures.push_back(picture_of(film, band));
   }
   const Vec3i& cells = solved.front().finest().grid().cells();
   int sweeps = 0;
   for (const OrdinatesReferee& interval : solved) sweeps = std::max(sweeps, interval.finest().iterations());
-  result.what = fmt::format("{} x {} x {} cells, S{}, {} sweeps, and half of both; {} rays a pixel", cells.x, cells.y, cells.z,
-                            fine.order, sweeps, sampling.max_oversampling);
+  result.what = fmt::format("{} x {} x {} cells, S{}, {} sweeps, and half of both; {} rays a pixel", cells.x, cells.y,
+                            cells.z, fine.order, sweeps, sampling.max_oversampling);
 }
 
 void compare(const VerifySettings& settings, VerifiedScene& result) {
@@ -324,7 +338,8 @@ VerifyMethod run_method(Session& session, Referee method, const VerifySettings& 
   return result;
 }
 
-VerifiedScene compare_methods(const Description& scene, ByReferee<VerifyMethod> methods, const VerifySettings& settings) {
+VerifiedScene compare_methods(const Description& scene, ByReferee<VerifyMethod> methods,
+                              const VerifySettings& settings) {
   VerifiedScene result;
   result.name = scene.name;
   result.resolution = scene.sensor.resolution;
@@ -379,20 +394,23 @@ std::vector<std::string> VerifiedScene::failures() const {
       const Agreement& a = pair.agreement;
       if (!a.agree) {
         sentences.push_back(fmt::format("{}: {} and {} differ by {:.2f} %, {:.1f} standard errors (limit {:.1f})",
-                                        label(row.band, row.quantity), name_of(pair.first), name_of(pair.second), 100 * a.relative,
-                                        a.z, a.limit));
+                                        label(row.band, row.quantity), name_of(pair.first), name_of(pair.second),
+                                        100 * a.relative, a.z, a.limit));
       } else if (demands_resolution && !a.sharp) {
         sentences.push_back(fmt::format("{}: {} and {} are too weak: only a difference of {:.1f} % would be seen",
-                                        label(row.band, row.quantity), name_of(pair.first), name_of(pair.second), 100 * a.detectable));
+                                        label(row.band, row.quantity), name_of(pair.first), name_of(pair.second),
+                                        100 * a.detectable));
       }
     }
   }
   for (const VerifyPixels& p : pixels) {
     if (p.agreement.agree) continue;
-    sentences.push_back(fmt::format("{}: the pixels of {} and {} differ by {:.2f} of their errors in the root mean square (limit {:.2f})",
-                                    label(p.band, "picture"), name_of(p.first), name_of(p.second), p.agreement.rms_z, p.agreement.high));
+    sentences.push_back(fmt::format(
+        "{}: the pixels of {} and {} differ by {:.2f} of their errors in the root mean square (limit {:.2f})",
+        label(p.band, "picture"), name_of(p.first), name_of(p.second), p.agreement.rms_z, p.agreement.high));
   }
-  if (comparisons() == 0 && !partial) sentences.push_back(name + ": nothing could be compared: fewer than two methods serve the scene");
+  if (comparisons() == 0 && !partial)
+    sentences.push_back(name + ": nothing could be compared: fewer than two methods serve the scene");
   return sentences;
 }
 

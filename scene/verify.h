@@ -25,9 +25,9 @@ const char* name_of(Referee method) noexcept;
 /// A named scene whose verdict the program vouches for.
 struct VerifyCase {
   std::string name;
-  std::string about;   ///< one line
-  double resolution;   ///< relative difference of the picture's mean that the comparison has to be able to see
-  std::string scene;   ///< text of the scene file
+  std::string about;  ///< one line
+  double resolution;  ///< relative difference of the picture's mean that the comparison has to be able to see
+  std::string scene;  ///< text of the scene file
 };
 const std::vector<VerifyCase>& verify_cases();
 
@@ -51,10 +51,10 @@ struct VerifyPair {
 
 /// One number.
 struct VerifyRow {
-  std::string quantity;                          ///< "mean", "x 0-15 y 0-15", "fluence middle", "flux top forward"
+  std::string quantity;  ///< "mean", "x 0-15 y 0-15", "fluence middle", "flux top forward"
   std::string band;
-  double coarser = 1;                            ///< its resolution in units of that of the picture's mean
-  ByReferee<std::optional<Measured>> measured;   ///< none where a method does not have it
+  double coarser = 1;                           ///< its resolution in units of that of the picture's mean
+  ByReferee<std::optional<Measured>> measured;  ///< none where a method does not have it
   std::vector<VerifyPair> pairs;
 };
 
@@ -74,9 +74,10 @@ struct VerifyPixels {
 struct VerifyMethod {
   std::string refusal;  ///< why it has found nothing; empty: it has
   double seconds = 0;
-  std::string what;     ///< what was run: photons, paths, cells
-  std::vector<std::optional<Measured>> values;  ///< in the order of VerifiedScene::rows; none where it does not have one
-  std::vector<VerifyPicture> pictures;          ///< per band
+  std::string what;  ///< what was run: photons, paths, cells
+  std::vector<std::optional<Measured>>
+      values;                           ///< in the order of VerifiedScene::rows; none where it does not have one
+  std::vector<VerifyPicture> pictures;  ///< per band
 };
 
 struct VerifiedScene {
@@ -84,12 +85,12 @@ struct VerifiedScene {
   std::string about;
   std::array<int, 2> resolution{1, 1};
   std::vector<std::string> bands;
-  std::vector<bool> grey;                           ///< per band: no unit
+  std::vector<bool> grey;  ///< per band: no unit
   ByReferee<VerifyMethod> methods;
   std::vector<VerifyRow> rows;
   std::vector<VerifyPixels> pixels;
   bool demands_resolution = false;
-  bool partial = false;                             ///< cancelled: nothing was compared
+  bool partial = false;  ///< cancelled: nothing was compared
 
   const VerifyMethod& method(Referee which) const { return methods[static_cast<std::size_t>(which)]; }
   /// One sentence for each comparison that fails, none: all agree.
@@ -99,10 +100,12 @@ struct VerifiedScene {
 };
 
 /// Runs one method. A method that refuses the scene says so in its result; so does one that was cancelled.
-VerifyMethod run_method(Session& session, Referee method, const VerifySettings& settings, const Progress& progress = {});
+VerifyMethod run_method(Session& session, Referee method, const VerifySettings& settings,
+                        const Progress& progress = {});
 
 /// Compares what methods have found about a scene, or about what each of them took for it.
-VerifiedScene compare_methods(const Description& scene, ByReferee<VerifyMethod> methods, const VerifySettings& settings);
+VerifiedScene compare_methods(const Description& scene, ByReferee<VerifyMethod> methods,
+                              const VerifySettings& settings);
 
 /// Runs all methods. A method that refuses the scene is left out, and says why.
 /// @throws InputError, ResourceError as build_world()

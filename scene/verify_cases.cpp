@@ -1,8 +1,8 @@
 // The scenes that the program vouches for: each shape by night (it emits, and scatters half) and by day (sun and
 // sky, little is absorbed).
-#include "scene/verify.h"
-
 #include <fmt/format.h>
+
+#include "scene/verify.h"
 
 namespace obscura {
 namespace {
@@ -30,35 +30,42 @@ const char* const kSlabPlaces =
   "flux": [{"name": "below", "center_m": [0, 0, -1.3], "normal": [0, 0, -1], "size_m": [1, 1]}])";
 
 std::string cloud(const char* name, const char* grid, const char* extinction, const std::string& rest = "") {
-  return fmt::format(R"({{"name": "{}", "grid": {}, "media": [{{"extinction": {}, MEDIUM}}], SHINE{}}})", name, grid, extinction,
-                     rest);
+  return fmt::format(R"({{"name": "{}", "grid": {}, "media": [{{"extinction": {}, MEDIUM}}], SHINE{}}})", name, grid,
+                     extinction, rest);
 }
 
 std::vector<Shape> shapes() {
   const std::string periodic = R"(, "periodic": ["x", "y"], "period_m": [1, 1])";
   const auto placed = [](const char* place, double period) {
-    return fmt::format(R"(, "periodic": ["x", "y"], "period_m": [{0}, {0}], "place": {{"translate_m": {1}}})", period, place);
+    return fmt::format(R"(, "periodic": ["x", "y"], "period_m": [{0}, {0}], "place": {{"translate_m": {1}}})", period,
+                       place);
   };
   return {
       {"sphere", "a homogeneous sphere of optical diameter 5 in voxels of a sixth of its radius",
        cloud("sphere", R"({"shape": "sphere", "radius_m": 0.9, "voxel_m": 0.15})", "2.8"), kFiniteView, kFinitePlaces},
       {"cube", "a homogeneous cube of optical depth 6",
-       cloud("cube", R"({"shape": "box", "size_m": [1.5, 1.5, 1.5], "voxel_m": 0.125})", "4"), kFiniteView, kFinitePlaces},
+       cloud("cube", R"({"shape": "box", "size_m": [1.5, 1.5, 1.5], "voxel_m": 0.125})", "4"), kFiniteView,
+       kFinitePlaces},
       {"slab", "a homogeneous layer without end, of optical depth 3",
-       cloud("layer", R"({"shape": "box", "size_m": [1, 1, 1], "voxel_m": 0.125})", "3", periodic), kSlabView, kSlabPlaces},
+       cloud("layer", R"({"shape": "box", "size_m": [1, 1, 1], "voxel_m": 0.125})", "3", periodic), kSlabView,
+       kSlabPlaces},
       {"two_layer", "a thin layer on a thick one, without end: optical depths 0.5 and 5",
-       cloud("thin", R"({"shape": "box", "size_m": [1, 1, 0.5], "voxel_m": 0.125})", "1", placed("[0, 0, 0.25]", 1)) + ",\n    " +
-           cloud("thick", R"({"shape": "box", "size_m": [1, 1, 0.5], "voxel_m": 0.125})", "10", placed("[0, 0, -0.25]", 1)),
+       cloud("thin", R"({"shape": "box", "size_m": [1, 1, 0.5], "voxel_m": 0.125})", "1", placed("[0, 0, 0.25]", 1)) +
+           ",\n    " +
+           cloud("thick", R"({"shape": "box", "size_m": [1, 1, 0.5], "voxel_m": 0.125})", "10",
+                 placed("[0, 0, -0.25]", 1)),
        kSlabView, kSlabPlaces},
       {"checkerboard", "cubes of optical depth 4 and voids of the same size in turn, without end",
-       cloud("white", R"({"shape": "box", "size_m": [1, 1, 1], "voxel_m": 0.25})", "4", placed("[0.5, 0.5, 0]", 2)) + ",\n    " +
-           cloud("black", R"({"shape": "box", "size_m": [1, 1, 1], "voxel_m": 0.25})", "4", placed("[-0.5, -0.5, 0]", 2)),
+       cloud("white", R"({"shape": "box", "size_m": [1, 1, 1], "voxel_m": 0.25})", "4", placed("[0.5, 0.5, 0]", 2)) +
+           ",\n    " +
+           cloud("black", R"({"shape": "box", "size_m": [1, 1, 1], "voxel_m": 0.25})", "4",
+                 placed("[-0.5, -0.5, 0]", 2)),
        kSlabView,
        R"("probes": [{"name": "cube", "position_m": [0.53, 0.52, 0.05]}, {"name": "void", "position_m": [0.47, -0.52, 0.05]}],
   "flux": [{"name": "below", "center_m": [0, 0, -1.3], "normal": [0, 0, -1], "size_m": [2, 2]}])"},
       {"gaussian", "a cloud whose density falls off as a bell, optical depth 5 through its middle",
-       cloud("bell", R"({"shape": "gaussian", "sigma_m": 0.4, "size_m": [1.8, 1.8, 1.8], "voxel_m": 0.15})", "5"), kFiniteView,
-       kFinitePlaces},
+       cloud("bell", R"({"shape": "gaussian", "sigma_m": 0.4, "size_m": [1.8, 1.8, 1.8], "voxel_m": 0.15})", "5"),
+       kFiniteView, kFinitePlaces},
       {"puffs", "young smoke of two sources, torn by turbulence, with its own temperatures",
        R"({"name": "smoke", "puffs": {"sources": [{"position_m": [-1.5, 0, 0.2], "mass_g": 40, "burn_s": 6, "K": 420},
       {"position_m": [0, 0.8, 0.2], "mass_g": 40, "burn_s": 6, "K": 380}],
@@ -83,10 +90,12 @@ VerifyCase make_case(const Shape& shape, bool day) {
   clouds = replaced(clouds, ", SHINE", day ? "" : R"(, "temperature": {"K": 300})");
   const char* const band = day ? R"({"name": "vis"})" : R"({"name": "lwir", "um": [8, 12]})";
   const char* const light =
-      day ? R"("sky": {"radiance": 0.1}, "sun": {"zenith_deg": 40, "azimuth_deg": 150, "irradiance": 1})" : R"("sky": {"K": 260})";
+      day ? R"("sky": {"radiance": 0.1}, "sun": {"zenith_deg": 40, "azimuth_deg": 150, "irradiance": 1})"
+          : R"("sky": {"K": 260})";
   VerifyCase result;
   result.name = fmt::format("{}_{}", shape.name, day ? "day" : "night");
-  result.about = fmt::format("{}; {}", shape.about, day ? "albedo 0.9, g 0.6, in sun and sky" : "albedo 0.5, g 0.3, it emits");
+  result.about =
+      fmt::format("{}; {}", shape.about, day ? "albedo 0.9, g 0.6, in sun and sky" : "albedo 0.5, g 0.3, it emits");
   result.resolution = 0.03;
   result.scene = fmt::format(R"({{
   // {}: {}.

@@ -1,9 +1,9 @@
 // The verdict as one page that needs no other file: pictures side by side, their differences, the table.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <ostream>
-
-#include <fmt/format.h>
 
 #include "scene/html_page.h"
 #include "scene/verify.h"
@@ -60,8 +60,8 @@ std::string pictures_of(const VerifiedScene& scene, std::size_t band) {
     std::string content;
     for (const VerifyPixels& p : scene.pixels) {
       if (p.band != scene.bands[band]) continue;
-      content += make(fmt::format("{} - {}", name_of(p.first), name_of(p.second)), all[static_cast<std::size_t>(p.first)],
-                      all[static_cast<std::size_t>(p.second)]);
+      content += make(fmt::format("{} - {}", name_of(p.first), name_of(p.second)),
+                      all[static_cast<std::size_t>(p.first)], all[static_cast<std::size_t>(p.second)]);
     }
     return row(content);
   };
@@ -70,11 +70,15 @@ std::string pictures_of(const VerifiedScene& scene, std::size_t band) {
   settings.colours = ColourMap::inferno;
   settings.low = percentile(values, 0.002);
   settings.high = percentile(values, 0.998);
-  html += each([&](const std::string& name, const VerifyPicture& p) { return picture(name + unit, scene, p.radiance, settings); });
+  html += each([&](const std::string& name, const VerifyPicture& p) {
+    return picture(name + unit, scene, p.radiance, settings);
+  });
   settings.colours = ColourMap::viridis;
   settings.low = 0;
   settings.high = std::max(percentile(errors, 0.998), 1e-30);
-  html += each([&](const std::string& name, const VerifyPicture& p) { return picture(name + ": error", scene, p.error, settings); });
+  html += each([&](const std::string& name, const VerifyPicture& p) {
+    return picture(name + ": error", scene, p.error, settings);
+  });
 
   settings.colours = ColourMap::balance;
   settings.low = -4;
@@ -82,7 +86,8 @@ std::string pictures_of(const VerifiedScene& scene, std::size_t band) {
   html += pairs([&](const std::string& name, const VerifyPicture& a, const VerifyPicture& b) {
     std::vector<float> z(a.radiance.size());
     for (std::size_t i = 0; i < z.size(); ++i) {
-      const double difference = static_cast<double>(a.radiance[i]) - b.radiance[i], error = std::hypot(a.error[i], b.error[i]);
+      const double difference = static_cast<double>(a.radiance[i]) - b.radiance[i],
+                   error = std::hypot(a.error[i], b.error[i]);
       z[i] = error > 0 ? static_cast<float>(difference / error) : 0.0f;
     }
     return picture(name + ", in joint errors", scene, z, settings);
@@ -111,7 +116,9 @@ std::string cell(const std::optional<Measured>& m) {
 std::string table_of(const VerifiedScene& scene) {
   std::string html = "<div class=\"scroll\"><table><tr><th>quantity</th>";
   for (const Referee method : kReferees) html += fmt::format("<th>{}</th>", name_of(method));
-  html += "<th>photon bias</th><th>pair</th><th>difference</th><th>z (limit)</th><th>would be seen</th><th>verdict</th></tr>\n";
+  html +=
+      "<th>photon bias</th><th>pair</th><th>difference</th><th>z (limit)</th><th>would be "
+      "seen</th><th>verdict</th></tr>\n";
   const auto verdict = [](bool good, const char* word) {
     return fmt::format("<td class=\"{}\">{}</td>", good ? "agree" : "differ", good ? "agree" : word);
   };
@@ -124,18 +131,21 @@ std::string table_of(const VerifiedScene& scene) {
     for (const VerifyPair& pair : row.pairs) {
       const Agreement& a = pair.agreement;
       const bool sharp = a.sharp || !scene.demands_resolution;
-      html += fmt::format("<tr>{}<td>{} &minus; {}</td><td>{:+.2f} %</td><td>{:+.1f} ({:.1f})</td><td>{:.1f} %</td>{}</tr>\n", values,
-                          name_of(pair.first), name_of(pair.second), 100 * a.relative, a.z, a.limit, 100 * a.detectable,
-                          verdict(a.agree && sharp, a.agree ? "too weak" : "differ"));
+      html += fmt::format(
+          "<tr>{}<td>{} &minus; {}</td><td>{:+.2f} %</td><td>{:+.1f} ({:.1f})</td><td>{:.1f} %</td>{}</tr>\n", values,
+          name_of(pair.first), name_of(pair.second), 100 * a.relative, a.z, a.limit, 100 * a.detectable,
+          verdict(a.agree && sharp, a.agree ? "too weak" : "differ"));
       values = "<td></td><td></td><td></td><td></td><td></td>";
     }
   }
   for (const VerifyPixels& p : scene.pixels) {
     const PixelAgreement& a = p.agreement;
-    html += fmt::format("<tr><td>{}</td><td></td><td></td><td></td><td></td><td>{} &minus; {}</td><td>{:.2f} % rms</td><td>{:.2f} ({:.2f}) rms"
-                        "</td><td>{:.0f} % inside 95 %</td>{}</tr>\n",
-                        html_escaped(scene.bands.size() > 1 ? "pixels, " + p.band : "pixels"), name_of(p.first), name_of(p.second),
-                        100 * a.image_error, a.rms_z, a.high, 100 * a.inside, verdict(a.agree, "differ"));
+    html += fmt::format(
+        "<tr><td>{}</td><td></td><td></td><td></td><td></td><td>{} &minus; {}</td><td>{:.2f} % rms</td><td>{:.2f} "
+        "({:.2f}) rms"
+        "</td><td>{:.0f} % inside 95 %</td>{}</tr>\n",
+        html_escaped(scene.bands.size() > 1 ? "pixels, " + p.band : "pixels"), name_of(p.first), name_of(p.second),
+        100 * a.image_error, a.rms_z, a.high, 100 * a.inside, verdict(a.agree, "differ"));
   }
   return html + "</table></div>\n";
 }
@@ -152,24 +162,29 @@ std::string page(const std::vector<VerifiedScene>& scenes) {
   }
   std::string html = fmt::format("<h1>Obscura {}: do the methods agree?</h1>\n", OBSCURA_VERSION);
   if (failures.empty()) {
-    html += fmt::format("<p class=\"{}\">{} comparisons in {} scenes: {}.</p>\n", partial ? "differ" : "agree", comparisons, scenes.size(),
-                        partial ? "stopped before the end" : "all agree");
+    html += fmt::format("<p class=\"{}\">{} comparisons in {} scenes: {}.</p>\n", partial ? "differ" : "agree",
+                        comparisons, scenes.size(), partial ? "stopped before the end" : "all agree");
   } else {
     html += fmt::format("<p class=\"differ\">{} of {} comparisons fail:</p>\n<ul>\n", failures.size(), comparisons);
     for (const std::string& sentence : failures) html += fmt::format("<li>{}</li>\n", html_escaped(sentence));
     html += "</ul>\n";
   }
   html +=
-      "<p class=\"about\">Values stand with their standard errors. Two methods agree where their difference is within the limit times "
-      "their joint error, after the photon map's estimated bias and the ordinates' estimated error are taken off. &ldquo;Would be "
-      "seen&rdquo; is the difference that the comparison finds in 99.9 % of cases. Pictures: each method's radiance and its error, then "
+      "<p class=\"about\">Values stand with their standard errors. Two methods agree where their difference is within "
+      "the limit times "
+      "their joint error, after the photon map's estimated bias and the ordinates' estimated error are taken off. "
+      "&ldquo;Would be "
+      "seen&rdquo; is the difference that the comparison finds in 99.9 % of cases. Pictures: each method's radiance "
+      "and its error, then "
       "differences in units of the joint error and in per cent; blue is less, red is more.</p>\n";
   for (const VerifiedScene& scene : scenes) {
-    html += fmt::format("<h2>{}</h2>\n<p class=\"about\">{}</p>\n<ul class=\"what\">\n", html_escaped(scene.name), html_escaped(scene.about));
+    html += fmt::format("<h2>{}</h2>\n<p class=\"about\">{}</p>\n<ul class=\"what\">\n", html_escaped(scene.name),
+                        html_escaped(scene.about));
     for (const Referee method : kReferees) {
       const VerifyMethod& m = scene.methods[static_cast<std::size_t>(method)];
-      html += m.refusal.empty() ? fmt::format("<li>{}: {}; {:.1f} s</li>\n", name_of(method), html_escaped(m.what), m.seconds)
-                                : fmt::format("<li>without {}: {}</li>\n", name_of(method), html_escaped(m.refusal));
+      html += m.refusal.empty()
+                  ? fmt::format("<li>{}: {}; {:.1f} s</li>\n", name_of(method), html_escaped(m.what), m.seconds)
+                  : fmt::format("<li>without {}: {}</li>\n", name_of(method), html_escaped(m.refusal));
     }
     html += "</ul>\n";
     for (std::size_t band = 0; band < scene.bands.size() && !scene.partial; ++band) {

@@ -1,8 +1,8 @@
 // The verdict as text: a table for people, JSON for programs.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "scene/verify.h"
@@ -73,7 +73,8 @@ void add_lines(const VerifiedScene& scene, std::vector<Line>& lines) {
       sharp = sharp && (a.sharp || !scene.demands_resolution);
     }
     const auto& photon = row.measured[0];
-    line.push_back(photon && photon->value != 0 ? fmt::format("{:.2f}%", 100 * photon->bias / std::abs(photon->value)) : "-");
+    line.push_back(photon && photon->value != 0 ? fmt::format("{:.2f}%", 100 * photon->bias / std::abs(photon->value))
+                                                : "-");
     line.push_back(row.pairs.empty() ? "-" : verdict(agree, sharp));
     lines.push_back(std::move(line));
   }
@@ -158,8 +159,8 @@ Json json_of(const VerifiedScene& scene) {
 }  // namespace
 
 std::string verify_table(const std::vector<VerifiedScene>& scenes) {
-  std::vector<Line> lines{{"case", "quantity", "photon +-", "path +-", "ordinates +-", "photon-path z", "photon-ord. z", "path-ord. z",
-                           "photon bias", "verdict"}};
+  std::vector<Line> lines{{"case", "quantity", "photon +-", "path +-", "ordinates +-", "photon-path z", "photon-ord. z",
+                           "path-ord. z", "photon bias", "verdict"}};
   for (const VerifiedScene& scene : scenes) add_lines(scene, lines);
   std::string text = lay_out(lines);
   for (const VerifiedScene& scene : scenes) {

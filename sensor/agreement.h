@@ -11,9 +11,9 @@ namespace obscura {
 /// A number as a method has measured it.
 struct Measured {
   double value = 0;
-  double error = 0;    ///< standard error
+  double error = 0;                                          ///< standard error
   double freedom = std::numeric_limits<double>::infinity();  ///< degrees of freedom of the error
-  double bias = 0;     ///< how far the method's own systematic error may have carried the value, >= 0
+  double bias = 0;  ///< how far the method's own systematic error may have carried the value, >= 0
 };
 
 /// Mean of independent measurements of equal weight; biases are averaged.
@@ -32,7 +32,7 @@ struct Agreement {
   double relative = 0;    ///< difference / larger of the values
   double detectable = 0;  ///< relative difference that is seen in 99.9 % of cases
   bool agree = true;
-  bool sharp = true;      ///< `detectable` is within the resolution
+  bool sharp = true;  ///< `detectable` is within the resolution
 };
 
 /// |a - b| <= biases + limit * error, where the limit is Student's for the joint degrees of freedom (Welch
@@ -45,10 +45,10 @@ struct PixelView {
 };
 
 struct PixelAgreement {
-  double rms_z = 0;       ///< of what the biases leave of the differences, in units of the joint errors
-  double z = 0;           ///< RMS of differences in units of the joint errors
-  double inside = 1;      ///< share of pixels whose differences lie within 1.96 joint errors and the biases
-  double image_error = 0; ///< RMS of (a - b) / max(|b|, 0.05 max |b|)
+  double rms_z = 0;          ///< of what the biases leave of the differences, in units of the joint errors
+  double z = 0;              ///< RMS of differences in units of the joint errors
+  double inside = 1;         ///< share of pixels whose differences lie within 1.96 joint errors and the biases
+  double image_error = 0;    ///< RMS of (a - b) / max(|b|, 0.05 max |b|)
   double low = 0, high = 0;  ///< honest bounds of z and of rms_z
   std::size_t pixels = 0;    ///< that have an error
   bool agree = true;

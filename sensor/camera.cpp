@@ -1,10 +1,10 @@
 #include "sensor/camera.h"
 
-#include "photon/spot.h"
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+
+#include "photon/spot.h"
 
 namespace obscura {
 namespace {
@@ -90,8 +90,7 @@ std::optional<Ray> Camera::ray(double px, double py) const noexcept {
       const double angle = std::hypot(x, y);
       if (angle > kPi) return std::nullopt;
       const double sine_over_angle = angle > 0 ? std::sin(angle) / angle : 1;
-      ray.direction = unit(std::cos(angle) * forward_ + (sine_over_angle * x) * right_ +
-                           (sine_over_angle * y) * up_);
+      ray.direction = unit(std::cos(angle) * forward_ + (sine_over_angle * x) * right_ + (sine_over_angle * y) * up_);
       break;
     }
   }

@@ -41,8 +41,7 @@ Colour along(const std::array<std::uint32_t, 9>& stops, double place) noexcept {
 
 // Encoding of IEC 61966-2-1.
 std::uint8_t encode_srgb(double linear) noexcept {
-  return to_byte(255 * (linear <= 0.0031308 ? 12.92 * linear
-                                            : 1.055 * std::pow(linear, 1 / 2.4) - 0.055));
+  return to_byte(255 * (linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055));
 }
 
 }  // namespace

@@ -29,8 +29,8 @@ struct Scatter {
   }
 };
 
-ChannelDifference compare_channel(const std::string& name, const Image& image,
-                                  const Image& reference, const std::vector<bool>& done) {
+ChannelDifference compare_channel(const std::string& name, const Image& image, const Image& reference,
+                                  const std::vector<bool>& done) {
   ChannelDifference result;
   result.channel = name;
   const std::span<const float> value = image.channel(name);
@@ -70,8 +70,7 @@ ChannelDifference compare_channel(const std::string& name, const Image& image,
     result.mean_reference += expected[i];
     result.max_difference = std::max(result.max_difference, std::abs(difference));
     if (!error.empty() || !error_reference.empty()) {
-      const double noise = std::hypot(error.empty() ? 0 : error[i],
-                                      error_reference.empty() ? 0 : error_reference[i]);
+      const double noise = std::hypot(error.empty() ? 0 : error[i], error_reference.empty() ? 0 : error_reference[i]);
       if (noise > 0 || difference != 0) z.add(difference / noise);
     }
   }
@@ -88,17 +87,15 @@ ChannelDifference compare_channel(const std::string& name, const Image& image,
   return result;
 }
 
-std::string or_dash(const std::optional<double>& value) {
-  return value ? fmt::format("{:.3g}", *value) : "-";
-}
+std::string or_dash(const std::optional<double>& value) { return value ? fmt::format("{:.3g}", *value) : "-"; }
 
 }  // namespace
 
 Comparison compare(const Image& image, const Image& reference) {
   if (image.columns() != reference.columns() || image.rows() != reference.rows()) {
-    throw InputError("compare", fmt::format("the images differ in size: {} x {} and {} x {}",
-                                            image.columns(), image.rows(), reference.columns(),
-                                            reference.rows()),
+    throw InputError("compare",
+                     fmt::format("the images differ in size: {} x {} and {} x {}", image.columns(), image.rows(),
+                                 reference.columns(), reference.rows()),
                      "render both at one resolution");
   }
   std::vector<bool> done(image.pixel_count(), true);
@@ -124,9 +121,9 @@ Comparison compare(const Image& image, const Image& reference) {
     if (!reference.has(name)) result.only_image.push_back(name);
   }
   if (result.channels.empty()) {
-    throw InputError("compare", fmt::format("the images have no channel in common: {} and {}",
-                                            fmt::join(image.channels(), ", "),
-                                            fmt::join(reference.channels(), ", ")),
+    throw InputError("compare",
+                     fmt::format("the images have no channel in common: {} and {}", fmt::join(image.channels(), ", "),
+                                 fmt::join(reference.channels(), ", ")),
                      "give the same names to the bands of both scenes");
   }
   return result;
@@ -148,14 +145,13 @@ double Comparison::image_error() const {
 std::string Comparison::table() const {
   std::size_t width = 7;
   for (const ChannelDifference& c : channels) width = std::max(width, c.channel.size());
-  std::string text = fmt::format("{:<{}}  {:>11}  {:>12}  {:>12}  {:>9}  {:>12}  {:>7}  {:>7}  {:>9}\n",
-                                 "channel", width, "image error", "mean", "reference", "ratio",
-                                 "largest", "z rms", "z mean", "pixels");
+  std::string text =
+      fmt::format("{:<{}}  {:>11}  {:>12}  {:>12}  {:>9}  {:>12}  {:>7}  {:>7}  {:>9}\n", "channel", width,
+                  "image error", "mean", "reference", "ratio", "largest", "z rms", "z mean", "pixels");
   for (const ChannelDifference& c : channels) {
     text += fmt::format("{:<{}}  {:>10.4g}%  {:>12.6g}  {:>12.6g}  {:>9.6g}  {:>12.4g}  {:>7}  {:>7}  {:>9}\n",
-                        c.channel, width, 100 * c.image_error, c.mean, c.mean_reference,
-                        c.mean_ratio, c.max_difference, or_dash(c.z_rms), or_dash(c.z_mean),
-                        c.pixels);
+                        c.channel, width, 100 * c.image_error, c.mean, c.mean_reference, c.mean_ratio, c.max_difference,
+                        or_dash(c.z_rms), or_dash(c.z_mean), c.pixels);
     if (c.mismatched > 0) {
       text += fmt::format("{:<{}}  infinite in one image only: {} pixels\n", "", width, c.mismatched);
     }

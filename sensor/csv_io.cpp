@@ -45,7 +45,8 @@ std::vector<PixelPlace> pixels_on_line(int columns, int rows, const std::array<i
   for (const int end : {0, 2}) {
     const int x = l[static_cast<std::size_t>(end)], y = l[static_cast<std::size_t>(end) + 1];
     if (x < 0 || y < 0 || x >= columns || y >= rows) {
-      refuse("line", fmt::format("({}, {}) is outside the image of {} x {} pixels", x, y, columns, rows), columns, rows);
+      refuse("line", fmt::format("({}, {}) is outside the image of {} x {} pixels", x, y, columns, rows), columns,
+             rows);
     }
   }
   const int dx = l[2] - l[0], dy = l[3] - l[1];
@@ -53,7 +54,8 @@ std::vector<PixelPlace> pixels_on_line(int columns, int rows, const std::array<i
   std::vector<PixelPlace> pixels = {{l[0], l[1]}};
   for (int k = 1; k <= steps; ++k) {
     const double share = static_cast<double>(k) / steps;
-    pixels.push_back({l[0] + static_cast<int>(std::lround(dx * share)), l[1] + static_cast<int>(std::lround(dy * share))});
+    pixels.push_back(
+        {l[0] + static_cast<int>(std::lround(dx * share)), l[1] + static_cast<int>(std::lround(dy * share))});
   }
   return pixels;
 }
@@ -67,7 +69,8 @@ void write_csv(const std::filesystem::path& path, const Image& image, std::span<
     text += '\n';
     for (const auto& [x, y] : pixels) {
       fmt::format_to(std::back_inserter(text), "{},{}", x, y);
-      const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(image.columns()) + static_cast<std::size_t>(x);
+      const std::size_t i =
+          static_cast<std::size_t>(y) * static_cast<std::size_t>(image.columns()) + static_cast<std::size_t>(x);
       for (const auto plane : planes) fmt::format_to(std::back_inserter(text), ",{:.9g}", plane[i]);
       text += '\n';
       if (text.size() > 1u << 16) {

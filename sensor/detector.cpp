@@ -149,12 +149,12 @@ std::string settings_text(const DetectorSettings& s, const DetectorFrame& frame)
     time = fmt::format(R"("integration_s": {}, "reference_integration_s": {}, )", *s.integration_s,
                        *s.reference_integration_s);
   }
-  return fmt::format(
-      R"({{"psf_sigma_px": {}, {}"nedt_K": {}, "nedt_at_K": {}, "ner": {}, {}"dead_share": {}, )"
-      R"("gain_nonuniformity": {}, "offset_nonuniformity": {}, "gain": {}, "offset": {}, "bits": {}, )"
-      R"("range": [{}, {}], "seed": {}}})",
-      s.psf_sigma_px, psf, s.nedt_K, s.nedt_at_K, s.ner, time, s.dead_share, s.gain_nonuniformity,
-      s.offset_nonuniformity, s.gain, s.offset, s.bits, s.range[0], s.range[1], s.seed.value_or(frame.seed));
+  return fmt::format(R"({{"psf_sigma_px": {}, {}"nedt_K": {}, "nedt_at_K": {}, "ner": {}, {}"dead_share": {}, )"
+                     R"("gain_nonuniformity": {}, "offset_nonuniformity": {}, "gain": {}, "offset": {}, "bits": {}, )"
+                     R"("range": [{}, {}], "seed": {}}})",
+                     s.psf_sigma_px, psf, s.nedt_K, s.nedt_at_K, s.ner, time, s.dead_share, s.gain_nonuniformity,
+                     s.offset_nonuniformity, s.gain, s.offset, s.bits, s.range[0], s.range[1],
+                     s.seed.value_or(frame.seed));
 }
 
 }  // namespace

@@ -49,7 +49,8 @@ std::string header_text(const Image& image, const std::vector<std::string>& band
   }
   std::string scene;
   if (const auto found = image.metadata.find("obscura:scene"); found != image.metadata.end()) {
-    if (const auto* text = std::get_if<std::string>(&found->second); text && !text->empty()) scene = ": " + entry(*text);
+    if (const auto* text = std::get_if<std::string>(&found->second); text && !text->empty())
+      scene = ": " + entry(*text);
   }
   std::string text = "ENVI\n";
   text += fmt::format("description = {{Obscura, {}{}}}\n", quantity, scene);

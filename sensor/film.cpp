@@ -142,9 +142,8 @@ void FilmTile::put(int x, int y, const PixelSum& pixel, std::uint32_t object_id,
     for (std::size_t k = 0; k < kBatches; ++k) totals.batch[k] += band.batch[k];
   }
   const double depth = pixel.depth_m();
-  set(common_channel(bands, kDepth), std::isinf(depth) && depth > 0
-                                         ? std::numeric_limits<float>::infinity()
-                                         : to_float(depth, anomalies_));
+  set(common_channel(bands, kDepth),
+      std::isinf(depth) && depth > 0 ? std::numeric_limits<float>::infinity() : to_float(depth, anomalies_));
   set(common_channel(bands, kObject), static_cast<float>(object_id));
   set(common_channel(bands, kRays), static_cast<float>(pixel.rays()));
   set(common_channel(bands, kCriterion), static_cast<float>(criterion));
@@ -203,8 +202,7 @@ void Film::put(FilmTile&& tile) {
   for (int channel = 0; channel < common_channel(bands(), kCommonChannels); ++channel) {
     const std::span<float> to = plane(channel);
     for (int y = tile.y_begin(); y < tile.y_end(); ++y, source += tile.columns_) {
-      std::copy_n(source, tile.columns_,
-                  to.begin() + static_cast<std::ptrdiff_t>(y) * columns() + tile.x_begin());
+      std::copy_n(source, tile.columns_, to.begin() + static_cast<std::ptrdiff_t>(y) * columns() + tile.x_begin());
     }
   }
 }
@@ -258,12 +256,11 @@ void Film::merge(const Film& other) {
       if ((channel == object || channel == criterion) && state.passes > 0) continue;
       const std::span<float> to = plane(channel);
       const std::span<const float> from = other.plane(channel);
-      const bool error = channel < object - kObject &&
-                         channel % kBandValues == static_cast<int>(Value::error);
+      const bool error = channel < object - kObject && channel % kBandValues == static_cast<int>(Value::error);
       for (int row = y; row < y + tile_height; ++row) {
         for (int column = x; column < x + tile_width; ++column) {
-          const auto place = static_cast<std::size_t>(row) * static_cast<std::size_t>(columns()) +
-                             static_cast<std::size_t>(column);
+          const auto place =
+              static_cast<std::size_t>(row) * static_cast<std::size_t>(columns()) + static_cast<std::size_t>(column);
           const double a = to[place], b = from[place];
           if (channel == object || channel == criterion) {
             to[place] = from[place];
@@ -272,8 +269,7 @@ void Film::merge(const Film& other) {
           } else if (channel == common_channel(bands(), kRays)) {
             to[place] += from[place];
           } else {
-            to[place] = static_cast<float>(error ? std::hypot(own * a, share * b)
-                                                 : own * a + share * b);
+            to[place] = static_cast<float>(error ? std::hypot(own * a, share * b) : own * a + share * b);
           }
         }
       }
@@ -322,9 +318,7 @@ std::span<const float> Film::values(int band, Value value) const noexcept {
   return plane(kBandValues * band + static_cast<int>(value));
 }
 std::span<const float> Film::depth_m() const noexcept { return plane(common_channel(bands(), kDepth)); }
-std::span<const float> Film::object_id() const noexcept {
-  return plane(common_channel(bands(), kObject));
-}
+std::span<const float> Film::object_id() const noexcept { return plane(common_channel(bands(), kObject)); }
 std::span<const float> Film::ray_count() const noexcept { return plane(common_channel(bands(), kRays)); }
 std::span<const float> Film::criterion() const noexcept { return plane(common_channel(bands(), kCriterion)); }
 
@@ -344,8 +338,7 @@ ImageMean Film::mean_over(int first_tile, int tile_end, int band) const {
   if (pixels == 0) return {};
   for (double& value : result.batch) value /= pixels;
   result.mean = mean_of(result.batch);
-  result.standard_error = std::sqrt(variance_of_mean(result.batch, result.mean) +
-                                    ray_variance / (pixels * pixels));
+  result.standard_error = std::sqrt(variance_of_mean(result.batch, result.mean) + ray_variance / (pixels * pixels));
   return result;
 }
 

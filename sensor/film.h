@@ -53,15 +53,15 @@ class PixelSum {
 
  private:
   struct Sums {
-    double radiance = 0;     // running mean; all sums are weighted
-    double last = 0;         // of the ray before
+    double radiance = 0;  // running mean; all sums are weighted
+    double last = 0;      // of the ray before
     double before_last = 0;
-    double step2 = 0;        // squared difference of the first two rays
-    double bends2 = 0;       // squared second differences of successive rays, by the middle one's squared weight
-    double ray_noise = 0;    // the batches' variance of the mean
+    double step2 = 0;      // squared difference of the first two rays
+    double bends2 = 0;     // squared second differences of successive rays, by the middle one's squared weight
+    double ray_noise = 0;  // the batches' variance of the mean
     double bias = 0;
-    double variance = 0;     // of the rays' own points
-    double spread = 0;       // see set_spread()
+    double variance = 0;  // of the rays' own points
+    double spread = 0;    // see set_spread()
     double transmission = 0;
     double transmission_atmosphere = 0;
     double direct = 0;
@@ -69,8 +69,8 @@ class PixelSum {
   };
 
   std::vector<Sums> bands_;
-  double weight_ = 0;          // sum over rays
-  double weight2_ = 0;         // of their squares
+  double weight_ = 0;   // sum over rays
+  double weight2_ = 0;  // of their squares
   double last_weight_ = 0;
   double middle_weight2_ = 0;  // of the squares, over rays with a ray before and behind
   std::uint32_t rays_ = 0;
@@ -189,9 +189,9 @@ class Film {
   FilmSettings settings_;
   int tile_columns_;
   int tile_rows_;
-  std::vector<float> values_;              // [channel][row][column]; bands, then depth, object, rays, criterion
+  std::vector<float> values_;  // [channel][row][column]; bands, then depth, object, rays, criterion
   std::vector<TileState> tiles_;
-  std::vector<FilmTile::Totals> totals_;   // [tile][band]
+  std::vector<FilmTile::Totals> totals_;  // [tile][band]
 };
 
 }  // namespace obscura

@@ -27,10 +27,9 @@ std::string camera_text(const CameraSettings& camera) {
       view = fmt::format(R"("fisheye", "fov_deg": {})", camera.fov_deg);
       break;
   }
-  return fmt::format(
-      R"({{"position_m": {}, "look_at_m": {}, "up": {}, "projection": {}, "resolution": [{}, {}]}})",
-      text(camera.position_m), text(camera.look_at_m), text(camera.up), view, camera.resolution[0],
-      camera.resolution[1]);
+  return fmt::format(R"({{"position_m": {}, "look_at_m": {}, "up": {}, "projection": {}, "resolution": [{}, {}]}})",
+                     text(camera.position_m), text(camera.look_at_m), text(camera.up), view, camera.resolution[0],
+                     camera.resolution[1]);
 }
 
 void copy(std::span<const float> from, std::span<float> to) { std::ranges::copy(from, to.begin()); }
@@ -47,13 +46,9 @@ void fill_temperature(const Band& band, std::span<const float> radiance, std::sp
   });
 }
 
-Image::Image(int columns, int rows) : columns_(columns), rows_(rows) {
-  assert(columns >= 1 && rows >= 1);
-}
+Image::Image(int columns, int rows) : columns_(columns), rows_(rows) { assert(columns >= 1 && rows >= 1); }
 
-bool Image::has(std::string_view name) const noexcept {
-  return std::ranges::find(names_, name) != names_.end();
-}
+bool Image::has(std::string_view name) const noexcept { return std::ranges::find(names_, name) != names_.end(); }
 
 std::span<float> Image::add(std::string name) {
   assert(!has(name));
@@ -81,8 +76,7 @@ Image develop(const Film& film, std::span<const Band> bands, const ImageOrigin& 
     if (origin.has_bias) copy(film.values(b, bias), image.add(band.name() + ".bias"));
     copy(film.values(b, transmission), image.add(band.name() + ".transmission"));
     if (origin.has_atmosphere) {
-      copy(film.values(b, transmission_atmosphere),
-           image.add(band.name() + ".transmission_atmosphere"));
+      copy(film.values(b, transmission_atmosphere), image.add(band.name() + ".transmission_atmosphere"));
     }
     if (!band.grey()) {
       fill_temperature(band, film.values(b, radiance), image.add(band.name() + ".temperature"));
@@ -94,7 +88,8 @@ Image develop(const Film& film, std::span<const Band> bands, const ImageOrigin& 
   if (origin.has_criterion) {
     copy(film.criterion(), image.add("rays.criterion"));
     std::string names;
-    for (int c = 0; c < kCriteria; ++c) names += fmt::format("{}{} {}", c > 0 ? ", " : "", c, name(static_cast<Criterion>(c)));
+    for (int c = 0; c < kCriteria; ++c)
+      names += fmt::format("{}{} {}", c > 0 ? ", " : "", c, name(static_cast<Criterion>(c)));
     image.metadata["obscura:rays.criterion"] = names;
   }
 
@@ -122,8 +117,7 @@ Image develop(const Film& film, std::span<const Band> bands, const ImageOrigin& 
   image.metadata["obscura:dropped_bound"] = origin.dropped_bound;
   image.metadata["obscura:camera"] = camera_text(origin.camera);
   image.metadata["obscura:partial"] = film.partial() ? 1 : 0;
-  image.metadata["obscura:done"] =
-      static_cast<double>(film.pixels_done()) / static_cast<double>(image.pixel_count());
+  image.metadata["obscura:done"] = static_cast<double>(film.pixels_done()) / static_cast<double>(image.pixel_count());
   return image;
 }
 

@@ -73,8 +73,8 @@ Image develop(const Film& film, std::span<const Band> bands, const ImageOrigin& 
 /// Kelvin of the blackbody with each radiance; 0 where that is <= 0. @pre as many, the band is not grey
 void fill_temperature(const Band& band, std::span<const float> radiance, std::span<float> kelvin);
 
-/// Names of the bands: all X of channels "X.radiance"; in the scene's order where the metadata tell it (a file sorts its
-/// channels), else in the image's.
+/// Names of the bands: all X of channels "X.radiance"; in the scene's order where the metadata tell it (a file sorts
+/// its channels), else in the image's.
 std::vector<std::string> band_names(const Image& image);
 
 }  // namespace obscura

@@ -16,13 +16,15 @@ constexpr double kKnown = 0.1;
 /// Sums of radiance and squared error over rectangles of a tile's pixels.
 class TileSums {
  public:
-  TileSums(const Film& film, int band, const std::array<int, 4>& box) : width_(box[2]), height_(box[3]), sums_(static_cast<std::size_t>((width_ + 1) * (height_ + 1))) {
+  TileSums(const Film& film, int band, const std::array<int, 4>& box)
+      : width_(box[2]), height_(box[3]), sums_(static_cast<std::size_t>((width_ + 1) * (height_ + 1))) {
     const std::span<const float> radiance = film.values(band, Film::Value::radiance);
     const std::span<const float> error = film.values(band, Film::Value::error);
     for (int y = 0; y < height_; ++y) {
       Sums row;
       for (int x = 0; x < width_; ++x) {
-        const std::size_t p = static_cast<std::size_t>(box[1] + y) * static_cast<std::size_t>(film.columns()) + static_cast<std::size_t>(box[0] + x);
+        const std::size_t p = static_cast<std::size_t>(box[1] + y) * static_cast<std::size_t>(film.columns()) +
+                              static_cast<std::size_t>(box[0] + x);
         row.radiance += std::abs(radiance[p]);
         row.variance += static_cast<double>(error[p]) * error[p];
         Sums& here = sums_[place(x + 1, y + 1)];
@@ -37,8 +39,11 @@ class TileSums {
   };
   /// Over the pixels no farther than `reach` from one, in the tile.
   Mean mean(int x, int y, int reach) const noexcept {
-    const int x0 = std::max(0, x - reach), x1 = std::min(width_, x + reach + 1), y0 = std::max(0, y - reach), y1 = std::min(height_, y + reach + 1);
-    const auto over = [&](double Sums::*of) { return sums_[place(x1, y1)].*of - sums_[place(x0, y1)].*of - sums_[place(x1, y0)].*of + sums_[place(x0, y0)].*of; };
+    const int x0 = std::max(0, x - reach), x1 = std::min(width_, x + reach + 1), y0 = std::max(0, y - reach),
+              y1 = std::min(height_, y + reach + 1);
+    const auto over = [&](double Sums::*of) {
+      return sums_[place(x1, y1)].*of - sums_[place(x0, y1)].*of - sums_[place(x1, y0)].*of + sums_[place(x0, y0)].*of;
+    };
     const double count = (x1 - x0) * (y1 - y0);
     return {over(&Sums::radiance) / count, std::sqrt(std::max(0.0, over(&Sums::variance))) / count};
   }
@@ -64,11 +69,13 @@ std::vector<double> scales(const Film& film, int band) {
     for (int y = 0; y < box[3]; ++y) {
       for (int x = 0; x < box[2]; ++x) {
         TileSums::Mean mean = sums.mean(x, y, 0);
-        for (int reach = 1; mean.error > kKnown * mean.radiance && reach < Film::kTileSide; reach *= 2) mean = sums.mean(x, y, reach);
+        for (int reach = 1; mean.error > kKnown * mean.radiance && reach < Film::kTileSide; reach *= 2)
+          mean = sums.mean(x, y, reach);
         // The brightest of many noisy pixels is brighter than the brightest.
         brightest = std::max(brightest, mean.radiance - 2 * mean.error);
         fallback = std::max(fallback, mean.radiance);
-        result[static_cast<std::size_t>(box[1] + y) * static_cast<std::size_t>(film.columns()) + static_cast<std::size_t>(box[0] + x)] = mean.radiance;
+        result[static_cast<std::size_t>(box[1] + y) * static_cast<std::size_t>(film.columns()) +
+               static_cast<std::size_t>(box[0] + x)] = mean.radiance;
       }
     }
   }
@@ -107,7 +114,8 @@ FilmError film_error(const Film& film, int band) {
     sum += own;
     // Pixels that err together: by how much the tile's mean errs more than independent ones would let it.
     const double of_mean = film.mean_of_tile(t, band).standard_error;
-    const double together = variance > 0 ? std::clamp(of_mean * of_mean * count * count / variance, 1.0, static_cast<double>(count)) : 1.0;
+    const double together =
+        variance > 0 ? std::clamp(of_mean * of_mean * count * count / variance, 1.0, static_cast<double>(count)) : 1.0;
     squares += together * own_squares;
 
     for (int y = y0; y < y0 + height; y += FilmError::kBlock) {

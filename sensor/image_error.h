@@ -11,7 +11,7 @@ namespace obscura {
 
 /// Of one band.
 struct FilmError {
-  double square = 0;    ///< expected square of the image error, biases apart
+  double square = 0;  ///< expected square of the image error, biases apart
   /// Independent squares that `square` is worth: pixels that share photons, or a few that err most, count less. 0: no
   /// pixel has an error.
   double freedom = 0;

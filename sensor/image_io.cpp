@@ -24,9 +24,8 @@ std::string reason(std::string message, const char* otherwise) {
 
 // Scanlines from a function that fills `rows` of them, interleaved.
 template <class T>
-void write_rows(const fs::path& path, const fs::path& shown, const char* format,
-                const OIIO::ImageSpec& spec, OIIO::TypeDesc type,
-                const std::function<void(int y, int rows, T* out)>& fill,
+void write_rows(const fs::path& path, const fs::path& shown, const char* format, const OIIO::ImageSpec& spec,
+                OIIO::TypeDesc type, const std::function<void(int y, int rows, T* out)>& fill,
                 OIIO::Filesystem::IOProxy* memory = nullptr) {
   const auto fail = [&](const std::string& message) {
     throw ResourceError(shown.string(), "cannot be written: " + message,
@@ -127,10 +126,9 @@ Image read_image(const fs::path& path) {
   std::vector<float> pixels(block * width * planes.size());
   for (int y = 0; y < spec.height; y += block) {
     const int rows = std::min(block, spec.height - y);
-    if (!input->read_scanlines(0, 0, spec.y + y, spec.y + y + rows, 0, 0, spec.nchannels,
-                               OIIO::TypeDesc::FLOAT, pixels.data())) {
-      throw InputError(path.string(), "is broken: " + reason(input->geterror(), "reading failed"),
-                       "write it again");
+    if (!input->read_scanlines(0, 0, spec.y + y, spec.y + y + rows, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT,
+                               pixels.data())) {
+      throw InputError(path.string(), "is broken: " + reason(input->geterror(), "reading failed"), "write it again");
     }
     const float* in = pixels.data();
     const std::size_t begin = static_cast<std::size_t>(y) * width;
@@ -167,7 +165,8 @@ void write_png(const fs::path& path, const Raster& raster) {
 std::vector<std::uint8_t> png_bytes(const Raster& raster) {
   std::vector<std::uint8_t> bytes;
   OIIO::Filesystem::IOVecOutput memory(bytes);
-  write_rows<std::uint8_t>("memory.png", "picture", "png", spec_of(raster), OIIO::TypeDesc::UINT8, rows_of(raster), &memory);
+  write_rows<std::uint8_t>("memory.png", "picture", "png", spec_of(raster), OIIO::TypeDesc::UINT8, rows_of(raster),
+                           &memory);
   return bytes;
 }
 

@@ -31,5 +31,4 @@ std::vector<std::uint8_t> png_bytes(const Raster& raster);
 /// ends in .png, else TIFF. @throws InputError where there is no such channel, ResourceError where it cannot be written
 void write_counts(const std::filesystem::path& path, const Image& image, const std::string& channel);
 
-
 }  // namespace obscura

@@ -1,12 +1,12 @@
 #include "sensor/obscuration.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <functional>
 #include <numeric>
-
-#include <fmt/format.h>
 
 #include "octree/base/math.h"
 #include "octree/base/statistics.h"
@@ -20,7 +20,8 @@ constexpr double kMiss = 0.05;  // share of cases that an interval may miss
 using Value = std::function<std::optional<double>(int left_out)>;
 
 /// Student's interval about the value from all, its error by the jackknife (METHODS.md).
-std::optional<Confident> confident(int replicas, const Value& value, double least = -kInfinity, double most = kInfinity) {
+std::optional<Confident> confident(int replicas, const Value& value, double least = -kInfinity,
+                                   double most = kInfinity) {
   const std::optional<double> all = value(-1);
   if (!all) return std::nullopt;
   Moments pseudo;
@@ -178,8 +179,10 @@ SightContrast contrast_of(const Band& band, const Looks& looks, const Obscuratio
   c.surroundings = confident(n, [&](int out) { return looks.surroundings(out); });
   c.difference = confident(n, [&](int out) { return looks.difference(out); });
   c.relative = confident(n, [&](int out) { return looks.relative(out); });
-  c.object_K = confident(n, [&](int out) { return kelvin(band, looks.object(out)); }, 0);
-  c.surroundings_K = confident(n, [&](int out) { return kelvin(band, looks.surroundings(out)); }, 0);
+  c.object_K = confident(
+      n, [&](int out) { return kelvin(band, looks.object(out)); }, 0);
+  c.surroundings_K = confident(
+      n, [&](int out) { return kelvin(band, looks.surroundings(out)); }, 0);
   c.difference_K = confident(n, [&](int out) { return kelvin_difference(band, looks, out); });
   c.pixel_error = looks.pixel_error();
   c.difference_bias = looks.difference_bias();
@@ -199,7 +202,8 @@ SightContrast contrast_of(const Band& band, const Looks& looks, const Obscuratio
           const auto K = kelvin(band, looks.surroundings(out));
           if (!K) return std::nullopt;
           const double cold = *K - *settings.difference_K;
-          return looks.share_between(out, cold > 0 ? band.planck(cold) : -kInfinity, band.planck(*K + *settings.difference_K));
+          return looks.share_between(out, cold > 0 ? band.planck(cold) : -kInfinity,
+                                     band.planck(*K + *settings.difference_K));
         },
         0, 1);
   }
@@ -209,7 +213,8 @@ SightContrast contrast_of(const Band& band, const Looks& looks, const Obscuratio
 /// With over without, where without is sure to be something, beyond the rounding of numbers as large as `scale`.
 std::optional<Confident> ratio(int replicas, const std::optional<Confident>& without, double scale, const Value& above,
                                const Value& below) {
-  if (!without || (without->low <= 0 && without->high >= 0) || std::abs(without->value) <= 1e-6 * scale) return std::nullopt;
+  if (!without || (without->low <= 0 && without->high >= 0) || std::abs(without->value) <= 1e-6 * scale)
+    return std::nullopt;
   return confident(replicas, [&](int out) -> std::optional<double> {
     const auto a = above(out), b = below(out);
     if (!a || !b || *b == 0) return std::nullopt;
@@ -217,7 +222,8 @@ std::optional<Confident> ratio(int replicas, const std::optional<Confident>& wit
   });
 }
 
-void add_transmission(std::span<const SightReplica> replicas, const ObscurationSettings& settings, BandObscuration& result) {
+void add_transmission(std::span<const SightReplica> replicas, const ObscurationSettings& settings,
+                      BandObscuration& result) {
   std::vector<double> means, obscured;
   std::vector<std::vector<double>> places(settings.percentiles.size());
   double lines = 0;
@@ -249,7 +255,8 @@ void add_transmission(std::span<const SightReplica> replicas, const ObscurationS
 void add_notes(const Band& band, const ObscurationSettings& settings, BandObscuration& result) {
   for (const auto& [look, c] : {std::pair{"with", &result.with}, std::pair{"without", &result.without}}) {
     std::string note;
-    if (c->surroundings && c->surroundings->value > 0 && c->pixel_error > 0.5 * settings.contrast * c->surroundings->value) {
+    if (c->surroundings && c->surroundings->value > 0 &&
+        c->pixel_error > 0.5 * settings.contrast * c->surroundings->value) {
       note = fmt::format("{:.2g} of the surroundings", c->pixel_error / c->surroundings->value);
     }
     if (c->lost_K && c->surroundings_K) {
@@ -257,13 +264,17 @@ void add_notes(const Band& band, const ObscurationSettings& settings, BandObscur
       if (K > 0.5 * *settings.difference_K) note += fmt::format("{}{:.2g} K", note.empty() ? "" : ", ", K);
     }
     if (!note.empty()) {
-      result.notes.push_back(fmt::format("{} the cloud, a pixel's own noise ({}) is not small against the threshold: the share below it is rough", look, note));
+      result.notes.push_back(fmt::format(
+          "{} the cloud, a pixel's own noise ({}) is not small against the threshold: the share below it is rough",
+          look, note));
     }
     if (c->difference && std::abs(c->difference_bias) > 0.5 * (c->difference->high - c->difference->low) &&
         std::abs(c->difference_bias) > 1e-3 * std::abs(c->difference->value)) {
-      result.notes.push_back(fmt::format("{} the cloud, the photon map's own bias may be {:+.2g} of the difference's radiance, more than its interval: "
-                                         "more photons make it smaller, method path has none",
-                                         look, c->difference_bias));
+      result.notes.push_back(
+          fmt::format("{} the cloud, the photon map's own bias may be {:+.2g} of the difference's radiance, more than "
+                      "its interval: "
+                      "more photons make it smaller, method path has none",
+                      look, c->difference_bias));
     }
   }
 }
@@ -284,7 +295,8 @@ bool ObjectMask::at_border() const noexcept {
   for (int y = 0; y < rows; ++y) {
     const bool whole = y == 0 || y == rows - 1;
     for (int x = 0; x < columns; x += whole ? 1 : std::max(1, columns - 1)) {
-      if (share[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x)] > 0) return true;
+      if (share[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x)] > 0)
+        return true;
     }
   }
   return false;
@@ -323,7 +335,8 @@ ObjectMask mask_of(int columns, int rows, std::vector<float> share, int width) {
   return mask;
 }
 
-BandObscuration find_obscuration(const Band& band, std::span<const SightReplica> replicas, const ObscurationSettings& settings) {
+BandObscuration find_obscuration(const Band& band, std::span<const SightReplica> replicas,
+                                 const ObscurationSettings& settings) {
   assert(replicas.size() >= 2);
   BandObscuration result;
   result.band = band.name();
@@ -336,15 +349,20 @@ BandObscuration find_obscuration(const Band& band, std::span<const SightReplica>
   const int n = with.count();
   const auto size = [](const std::optional<Confident>& c) { return c ? std::abs(c->value) : 0.0; };
   result.difference_ratio = ratio(
-      n, result.without.difference, size(result.without.object) + size(result.without.surroundings), [&](int out) { return with.difference(out); }, [&](int out) { return without.difference(out); });
+      n, result.without.difference, size(result.without.object) + size(result.without.surroundings),
+      [&](int out) { return with.difference(out); }, [&](int out) { return without.difference(out); });
   result.relative_ratio = ratio(
-      n, result.without.relative, 1, [&](int out) { return with.relative(out); }, [&](int out) { return without.relative(out); });
+      n, result.without.relative, 1, [&](int out) { return with.relative(out); },
+      [&](int out) { return without.relative(out); });
   result.difference_K_ratio = ratio(
-      n, result.without.difference_K, size(result.without.surroundings_K), [&](int out) { return kelvin_difference(band, with, out); },
+      n, result.without.difference_K, size(result.without.surroundings_K),
+      [&](int out) { return kelvin_difference(band, with, out); },
       [&](int out) { return kelvin_difference(band, without, out); });
 
   if (!result.difference_ratio) {
-    result.notes.push_back("without the cloud the object's mean does not stand out from its surroundings: there is no ratio with to without");
+    result.notes.push_back(
+        "without the cloud the object's mean does not stand out from its surroundings: there is no ratio with to "
+        "without");
   }
   add_notes(band, settings, result);
   return result;

@@ -89,10 +89,10 @@ struct SightContrast {
 struct BandObscuration {
   std::string band;
   bool grey = false;
-  std::optional<Confident> transmission;                      ///< mean over the visible area
-  double transmission_min = 0, transmission_max = 0;          ///< of the lines that were sent: no interval
-  std::vector<std::pair<double, Confident>> percentiles;      ///< of the transmission
-  std::optional<Confident> obscured;                          ///< share of the visible area
+  std::optional<Confident> transmission;                  ///< mean over the visible area
+  double transmission_min = 0, transmission_max = 0;      ///< of the lines that were sent: no interval
+  std::vector<std::pair<double, Confident>> percentiles;  ///< of the transmission
+  std::optional<Confident> obscured;                      ///< share of the visible area
   SightContrast with, without;
   /// With the cloud over without it; none where the object does not stand out without it.
   std::optional<Confident> difference_ratio, relative_ratio, difference_K_ratio;

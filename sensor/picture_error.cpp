@@ -77,7 +77,8 @@ Picture picture_of(const Film& film) {
   return picture;
 }
 
-ReferencePicture::ReferencePicture(Picture values, Picture errors) : mean_(std::move(values)), count_(1), stated_(true) {
+ReferencePicture::ReferencePicture(Picture values, Picture errors)
+    : mean_(std::move(values)), count_(1), stated_(true) {
   for (const std::vector<float>& band : errors.bands) {
     std::vector<double>& squares = squares_.emplace_back();
     for (const float error : band) squares.push_back(static_cast<double>(error) * error);
@@ -111,7 +112,8 @@ double ReferencePicture::variance(std::size_t band, std::size_t pixel) const noe
 Picture ReferencePicture::errors() const {
   Picture result = mean_;
   for (std::size_t b = 0; b < result.bands.size(); ++b) {
-    for (std::size_t p = 0; p < result.bands[b].size(); ++p) result.bands[b][p] = static_cast<float>(std::sqrt(variance(b, p)));
+    for (std::size_t p = 0; p < result.bands[b].size(); ++p)
+      result.bands[b][p] = static_cast<float>(std::sqrt(variance(b, p)));
   }
   return result;
 }
@@ -119,7 +121,8 @@ Picture ReferencePicture::errors() const {
 double RootError::value() const noexcept { return std::sqrt(std::max(square, 0.0)); }
 
 double RootError::error() const noexcept {
-  const double high = std::sqrt(std::max(square, 0.0) + square_error), low = std::sqrt(std::max(square - square_error, 0.0));
+  const double high = std::sqrt(std::max(square, 0.0) + square_error),
+               low = std::sqrt(std::max(square - square_error, 0.0));
   return square > 0 ? (high - low) / 2 : high;
 }
 

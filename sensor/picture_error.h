@@ -37,7 +37,7 @@ class ReferencePicture {
 
  private:
   Picture mean_;
-  std::vector<std::vector<double>> sum_;  // means, in double
+  std::vector<std::vector<double>> sum_;      // means, in double
   std::vector<std::vector<double>> squares_;  // of deviations from the mean; stated: variances
   int count_ = 0;
   bool stated_ = false;
@@ -45,8 +45,8 @@ class ReferencePicture {
 
 /// A root of a mean square that was estimated with an error: the square may come out below 0.
 struct RootError {
-  double square = 0;         ///< estimate; may be negative
-  double square_error = 0;   ///< its standard error
+  double square = 0;              ///< estimate; may be negative
+  double square_error = 0;        ///< its standard error
   double value() const noexcept;  ///< root of the square, 0 where it is negative
   double error() const noexcept;  ///< half of how far the root of square +- error reaches
 };

@@ -37,8 +37,8 @@ std::pair<std::string, std::string> split_name(const std::string& channel) {
 // The value below which the given share of the finite values lies; 0 where there are none.
 double percentile(std::vector<float>& values, double share) {
   if (values.empty()) return 0;
-  const auto rank = static_cast<std::ptrdiff_t>(
-      std::lround(std::clamp(share, 0.0, 1.0) * static_cast<double>(values.size() - 1)));
+  const auto rank =
+      static_cast<std::ptrdiff_t>(std::lround(std::clamp(share, 0.0, 1.0) * static_cast<double>(values.size() - 1)));
   std::ranges::nth_element(values, values.begin() + rank);
   return values[static_cast<std::size_t>(rank)];
 }
@@ -156,14 +156,16 @@ void draw_marks(const Image& image, const std::vector<std::uint8_t>& marks, int 
       for (const auto& [dx, dy] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
         const int nx = x + dx, ny = y + dy;
         if (nx < 0 || ny < 0 || nx >= image.columns() || ny >= image.rows() || at(nx, ny) <= at(x, y)) continue;
-        const int left = x * magnify + (dx > 0 ? magnify - width : 0), top = y * magnify + (dy > 0 ? magnify - width : 0);
+        const int left = x * magnify + (dx > 0 ? magnify - width : 0),
+                  top = y * magnify + (dy > 0 ? magnify - width : 0);
         picture.fill(left, top, dx ? width : magnify, dy ? width : magnify, at(nx, ny) > 1 ? kInnerLine : kOuterLine);
       }
     }
   }
 }
 
-Raster draw(const Image& image, const Panel& panel, bool legend, int magnify, const std::vector<std::uint8_t>& outlines = {}) {
+Raster draw(const Image& image, const Panel& panel, bool legend, int magnify,
+            const std::vector<std::uint8_t>& outlines = {}) {
   const int width = image.columns() * magnify, height = image.rows() * magnify;
   Raster picture(width, height, kNothing);
   const double scale = 1 / (panel.high - panel.low);
@@ -172,8 +174,7 @@ Raster draw(const Image& image, const Panel& panel, bool legend, int magnify, co
       const float value = panel.values[static_cast<std::size_t>(y) * static_cast<std::size_t>(image.columns()) +
                                        static_cast<std::size_t>(x)];
       if (!std::isfinite(value)) continue;
-      picture.fill(x * magnify, y * magnify, magnify, magnify,
-                   colour(panel.colours, (value - panel.low) * scale));
+      picture.fill(x * magnify, y * magnify, magnify, magnify, colour(panel.colours, (value - panel.low) * scale));
     }
   }
   if (!outlines.empty()) draw_marks(image, outlines, magnify, picture);
@@ -247,8 +248,7 @@ void write_preview(const std::filesystem::path& path, const Image& image, const 
   write_png(path, preview(image, channel, settings));
 }
 
-void write_preview_sheet(const std::filesystem::path& path, const Image& image,
-                         const std::string& band) {
+void write_preview_sheet(const std::filesystem::path& path, const Image& image, const std::string& band) {
   write_png(path, preview_sheet(image, band));
 }
 

@@ -39,7 +39,6 @@ Raster preview_sheet(const Image& image, const std::string& band);
 /// As PNG files. @throws InputError as above, ResourceError where it cannot be written
 void write_preview(const std::filesystem::path& path, const Image& image, const std::string& channel,
                    const PreviewSettings& settings = {});
-void write_preview_sheet(const std::filesystem::path& path, const Image& image,
-                         const std::string& band);
+void write_preview_sheet(const std::filesystem::path& path, const Image& image, const std::string& band);
 
 }  // namespace obscura

@@ -42,8 +42,7 @@ constexpr std::uint8_t kGlyphs[95][5] = {
     {0x00, 0x41, 0x36, 0x08, 0x00}, {0x02, 0x01, 0x02, 0x04, 0x02}};
 
 std::size_t place(int columns, int x, int y) {
-  return 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) +
-              static_cast<std::size_t>(x));
+  return 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x));
 }
 
 }  // namespace

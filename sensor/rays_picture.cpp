@@ -38,7 +38,9 @@ Raster rays_picture(const Image& image) {
   }
   const std::span<const float> criteria = image.channel("rays.criterion");
   std::array<std::size_t, kCriteria> pixels{};
-  const auto criterion_of = [](float value) { return static_cast<std::size_t>(std::clamp(std::lround(value), 0L, kCriteria - 1L)); };
+  const auto criterion_of = [](float value) {
+    return static_cast<std::size_t>(std::clamp(std::lround(value), 0L, kCriteria - 1L));
+  };
 
   PreviewSettings settings;
   settings.low = 0;
@@ -60,7 +62,8 @@ Raster rays_picture(const Image& image) {
   sheet.text(left, margin, "rays asked for by", kInk, dot);
   for (int y = 0; y < image.rows(); ++y) {
     for (int x = 0; x < image.columns(); ++x) {
-      const float value = criteria[static_cast<std::size_t>(y) * static_cast<std::size_t>(image.columns()) + static_cast<std::size_t>(x)];
+      const float value = criteria[static_cast<std::size_t>(y) * static_cast<std::size_t>(image.columns()) +
+                                   static_cast<std::size_t>(x)];
       sheet.fill(left + x * magnify, top + y * magnify, magnify, magnify, kColours[criterion_of(value)]);
     }
   }

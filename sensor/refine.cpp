@@ -56,7 +56,9 @@ double tolerance(int level) noexcept { return std::exp2(1.5 * level); }
 struct Slope {
   double across, down;
 };
-Slope slope_of(double c0, double c1, double c2, double c3) noexcept { return {0.5 * (c1 + c3 - c0 - c2), 0.5 * (c2 + c3 - c0 - c1)}; }
+Slope slope_of(double c0, double c1, double c2, double c3) noexcept {
+  return {0.5 * (c1 + c3 - c0 - c2), 0.5 * (c2 + c3 - c0 - c1)};
+}
 
 double largest(std::initializer_list<double> values) { return std::max(values); }
 double range(std::initializer_list<double> values) { return std::max(values) - std::min(values); }
@@ -71,7 +73,11 @@ RayCounts& RayCounts::operator+=(const RayCounts& other) noexcept {
 }
 
 CornerRays::CornerRays(const World& world, const Estimator& estimator, const Sampler& sampler, int levels)
-    : world_(&world), estimator_(&estimator), sampler_(&sampler), levels_(levels), bands_(static_cast<int>(world.bands().size())),
+    : world_(&world),
+      estimator_(&estimator),
+      sampler_(&sampler),
+      levels_(levels),
+      bands_(static_cast<int>(world.bands().size())),
       shadows_(sampler.settings().adaptive->shadow && !world.suns().empty() && !world.objects().empty()) {}
 
 RadianceCounts CornerRays::trace(std::span<const Corner> corners, std::span<float> values) const {
@@ -113,15 +119,18 @@ RadianceCounts CornerRays::trace(std::span<const Corner> corners, std::span<floa
 
 /// A square part of a pixel.
 struct Refiner::Cell {
-  std::size_t pixel;    // of the tile
-  std::uint32_t x, y;   // within the pixel, in its own side lengths
+  std::size_t pixel;   // of the tile
+  std::uint32_t x, y;  // within the pixel, in its own side lengths
 };
 
 Refiner::Refiner(const World& world, const Estimator& estimator, const Sampler& sampler, const Progress& progress)
-    : world_(&world), sampler_(&sampler), settings_(&*sampler.settings().adaptive),
+    : world_(&world),
+      sampler_(&sampler),
+      settings_(&*sampler.settings().adaptive),
       // Where the error may ask for more, every part has a ray in either half.
       corners_(world, estimator, sampler, levels_of(sampler.settings().max_oversampling / (settings_->error ? 2 : 1))),
-      columns_(sampler.camera().columns()), rows_of_pixels_(sampler.camera().rows()),
+      columns_(sampler.camera().columns()),
+      rows_of_pixels_(sampler.camera().rows()),
       most_(std::max(1, sampler.settings().max_oversampling / (settings_->error ? 2 : 1))) {
   rays_decide_ = world.cloud_count() > 0 && (settings_->transmission || settings_->radiance);
   for (int i = 0; i < world.interval_count(); ++i) {
@@ -138,14 +147,17 @@ Refiner::Refiner(const World& world, const Estimator& estimator, const Sampler& 
     std::vector<CornerRays::Corner> corners;
     for (int x = 0; x <= columns_; ++x) {
       if (!wanted(x, y)) continue;
-      corners.push_back({static_cast<std::uint32_t>(x) << corners_.levels(), static_cast<std::uint32_t>(y) << corners_.levels()});
+      corners.push_back(
+          {static_cast<std::uint32_t>(x) << corners_.levels(), static_cast<std::uint32_t>(y) << corners_.levels()});
     }
     std::vector<float> values(corners.size() * corners_.stride());
     counts[static_cast<std::size_t>(y)] = corners_.trace(corners, values);
     auto value = values.cbegin();
     for (int x = 0; x <= columns_; ++x) {
       if (!wanted(x, y)) continue;
-      std::copy_n(value, corners_.stride(), grid_.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(y) * row_length + static_cast<std::size_t>(x) * corners_.stride()));
+      std::copy_n(value, corners_.stride(),
+                  grid_.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(y) * row_length +
+                                                              static_cast<std::size_t>(x) * corners_.stride()));
       value += static_cast<std::ptrdiff_t>(corners_.stride());
     }
     progress.report("base rays", ++done, static_cast<std::uint64_t>(rows_of_pixels_ + 1));
@@ -196,7 +208,8 @@ void Refiner::pool_noise() {
             weights += weight;
           }
         }
-        grid_[static_cast<std::size_t>(y * (columns_ + 1) + x) * corners_.stride() + k] = static_cast<float>(sum / weights);
+        grid_[static_cast<std::size_t>(y * (columns_ + 1) + x) * corners_.stride() + k] =
+            static_cast<float>(sum / weights);
       }
     });
   }
@@ -204,7 +217,9 @@ void Refiner::pool_noise() {
 
 bool Refiner::rays_decide(int level) const noexcept {
   // No share, and no range of what is not negative, exceeds 1.
-  const auto can = [&](const std::optional<double>& threshold) { return threshold && *threshold * tolerance(level) < 1; };
+  const auto can = [&](const std::optional<double>& threshold) {
+    return threshold && *threshold * tolerance(level) < 1;
+  };
   return rays_decide_ && (can(settings_->shadow) || can(settings_->transmission) || can(settings_->radiance));
 }
 
@@ -233,21 +248,25 @@ Criterion Refiner::by_rays(const Corners& c, int level) const noexcept {
   const auto varies = [&](std::size_t k) { return range({c[0][k], c[1][k], c[2][k], c[3][k]}); };
   if (settings_->shadow && varies(0) > *settings_->shadow * times) return Criterion::shadow;
   for (int b = 0; b < corners_.bands(); ++b) {
-    if (settings_->transmission && varies(1 + 3 * static_cast<std::size_t>(b)) > *settings_->transmission * times) return Criterion::transmission;
+    if (settings_->transmission && varies(1 + 3 * static_cast<std::size_t>(b)) > *settings_->transmission * times)
+      return Criterion::transmission;
   }
   if (!settings_->radiance) return Criterion::none;
   for (int b = 0; b < corners_.bands(); ++b) {
     const std::size_t k = 2 + 3 * static_cast<std::size_t>(b);
     const double scale = largest({dark(b), std::abs(c[0][k]), std::abs(c[1][k]), std::abs(c[2][k]), std::abs(c[3][k])});
     const double variance = 0.25 * (double{c[0][k + 1]} + c[1][k + 1] + c[2][k + 1] + c[3][k + 1]);
-    if (varies(k) > *settings_->radiance * times * scale + kNoiseRange * std::sqrt(variance)) return Criterion::radiance;
+    if (varies(k) > *settings_->radiance * times * scale + kNoiseRange * std::sqrt(variance))
+      return Criterion::radiance;
   }
   return Criterion::none;
 }
 
 bool Refiner::asks_by_rays(const FilmTile& tile, std::size_t pixel) const noexcept {
   const int columns = tile.x_end() - tile.x_begin();
-  return rays_decide_ && by_rays(corners_of(tile.x_begin() + static_cast<int>(pixel) % columns, tile.y_begin() + static_cast<int>(pixel) / columns), 0) != Criterion::none;
+  return rays_decide_ && by_rays(corners_of(tile.x_begin() + static_cast<int>(pixel) % columns,
+                                            tile.y_begin() + static_cast<int>(pixel) / columns),
+                                 0) != Criterion::none;
 }
 
 void Refiner::decide_by_rays(std::span<const Cell> cells, int level, const FilmTile& tile, std::vector<Criterion>& asks,
@@ -333,7 +352,8 @@ TileStrata Refiner::split(const FilmTile& tile) const {
         const Cell& cell = cells[i];
         const double x = tile.x_begin() + static_cast<int>(cell.pixel) % columns + cell.x * side;
         const double y = tile.y_begin() + static_cast<int>(cell.pixel) / columns + cell.y * side;
-        if (const std::optional<Spot> spot = sampler_->camera().spot(x, y, x + side, y + side)) asks[i] = geometry(*spot);
+        if (const std::optional<Spot> spot = sampler_->camera().spot(x, y, x + side, y + side))
+          asks[i] = geometry(*spot);
       }
       decide_by_rays(cells, level, tile, asks, ramps, result);
     }
@@ -343,15 +363,18 @@ TileStrata Refiner::split(const FilmTile& tile) const {
       const int more = std::min(4, most_) - 1;
       if (asks[i] == Criterion::none || count[cell.pixel] + more > most_) {
         const std::uint32_t fine = 1u << std::max(0, corners_.levels() - level);
-        parts.push_back({cell.pixel, hilbert(corners_.levels(), cell.x * fine, cell.y * fine),
-                         {cell.x * side, cell.y * side, side, side}, asks[i] == Criterion::none ? known.size() : 0});
+        parts.push_back({cell.pixel,
+                         hilbert(corners_.levels(), cell.x * fine, cell.y * fine),
+                         {cell.x * side, cell.y * side, side, side},
+                         asks[i] == Criterion::none ? known.size() : 0});
         if (asks[i] == Criterion::none) known.insert(known.end(), &ramps[i * bands], &ramps[i * bands] + bands);
         continue;
       }
       count[cell.pixel] += more;
       asked[cell.pixel][static_cast<std::size_t>(asks[i])] += more;
       if (more < 3) {
-        for (int k = 0; k <= more; ++k) parts.push_back({cell.pixel, static_cast<std::uint64_t>(k), stratum(k, more + 1), 0});
+        for (int k = 0; k <= more; ++k)
+          parts.push_back({cell.pixel, static_cast<std::uint64_t>(k), stratum(k, more + 1), 0});
       } else {
         for (std::uint32_t k = 0; k < 4; ++k) next.push_back({cell.pixel, 2 * cell.x + k % 2, 2 * cell.y + k / 2});
       }
@@ -359,7 +382,8 @@ TileStrata Refiner::split(const FilmTile& tile) const {
     cells.swap(next);
   }
 
-  std::ranges::sort(parts, [](const Part& a, const Part& b) { return std::pair(a.pixel, a.place) < std::pair(b.pixel, b.place); });
+  std::ranges::sort(
+      parts, [](const Part& a, const Part& b) { return std::pair(a.pixel, a.place) < std::pair(b.pixel, b.place); });
   for (const Part& part : parts) {
     while (result.first.size() <= part.pixel) result.first.push_back(result.strata.size());
     result.strata.push_back(part.stratum);
@@ -374,7 +398,8 @@ TileStrata Refiner::split(const FilmTile& tile) const {
   return result;
 }
 
-double Refiner::spread(int x, int y, int band, double px, double py, double radiance, double variance, const Ramp& ramp) const noexcept {
+double Refiner::spread(int x, int y, int band, double px, double py, double radiance, double variance,
+                       const Ramp& ramp) const noexcept {
   const std::size_t k = 2 + 3 * static_cast<std::size_t>(band);
   const Corners c = corners_of(x, y);
   const double u = px - x, v = py - y;
@@ -390,7 +415,8 @@ double Refiner::spread(int x, int y, int band, double px, double py, double radi
   // slope away and brings its share of that noise.
   const auto [across, down] = slope_of(c[0][k], c[1][k], c[2][k], c[3][k]);
   const double left = (1 - ramp.strength) * (1 - ramp.strength);
-  const double slope = left * std::max(0.0, across * across + down * down - 2 * mean_noise) / 12 + ramp.strength * ramp.strength * 7.0 / 36 * mean_noise;
+  const double slope = left * std::max(0.0, across * across + down * down - 2 * mean_noise) / 12 +
+                       ramp.strength * ramp.strength * 7.0 / 36 * mean_noise;
   const double stray = radiance - expected;
   return slope + std::max(0.0, stray * stray - variance - noise) / (1 + share2);
 }

@@ -17,8 +17,8 @@ namespace obscura {
 
 /// Which rays were traced, and for what.
 struct RayCounts {
-  std::uint64_t base = 0;      ///< one in each pixel (all, where every pixel gets as many)
-  std::uint64_t deciding = 0;  ///< at corners of pixels and their parts; not averaged
+  std::uint64_t base = 0;                        ///< one in each pixel (all, where every pixel gets as many)
+  std::uint64_t deciding = 0;                    ///< at corners of pixels and their parts; not averaged
   std::array<std::uint64_t, kCriteria> asked{};  ///< beyond the first, by the criterion that asked
 
   RayCounts& operator+=(const RayCounts& other) noexcept;
@@ -63,10 +63,10 @@ struct Ramp {
 
 /// The parts of a tile's pixels.
 struct TileStrata {
-  std::vector<Stratum> strata;           // pixel by pixel, neighbours in succession
-  std::vector<Ramp> ramps;               // of each part in each band; none where its corners are not known
-  std::vector<std::size_t> first;        // of each pixel, and the end
-  std::vector<Criterion> criterion;      // of each pixel: what has asked for most of them
+  std::vector<Stratum> strata;       // pixel by pixel, neighbours in succession
+  std::vector<Ramp> ramps;           // of each part in each band; none where its corners are not known
+  std::vector<std::size_t> first;    // of each pixel, and the end
+  std::vector<Criterion> criterion;  // of each pixel: what has asked for most of them
   RayCounts rays;
   RadianceCounts counts;
 
@@ -86,7 +86,8 @@ class Refiner {
   /// How far one ray may stray from its pixel's mean, squared: what the corners say about the slope of the picture and
   /// the ramp leaves, and what neither they nor the known noise explain of the ray.
   /// @param px, py place of the ray on the image; radiance without the ramp; variance as the ray knows it
-  double spread(int x, int y, int band, double px, double py, double radiance, double variance, const Ramp& ramp) const noexcept;
+  double spread(int x, int y, int band, double px, double py, double radiance, double variance,
+                const Ramp& ramp) const noexcept;
 
   /// A radiance that counts as dark, of each band: relative thresholds are relative to at least this.
   double dark(int band) const noexcept { return dark_[static_cast<std::size_t>(band)]; }
@@ -110,12 +111,16 @@ class Refiner {
   Criterion by_rays(const Corners& corners, int level) const noexcept;
   Ramp ramp(const Corners& corners, int band) const noexcept;
   const float* grid(int x, int y) const noexcept {
-    return grid_.data() + (static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_ + 1) + static_cast<std::size_t>(x)) * corners_.stride();
+    return grid_.data() +
+           (static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_ + 1) + static_cast<std::size_t>(x)) *
+               corners_.stride();
   }
   /// What rays at the corners of parts tell: asks where nothing has asked, and ramps of the parts.
   void decide_by_rays(std::span<const Cell> cells, int level, const FilmTile& tile, std::vector<Criterion>& asks,
                       std::vector<Ramp>& ramps, TileStrata& result) const;
-  Corners corners_of(int x, int y) const noexcept { return {grid(x, y), grid(x + 1, y), grid(x, y + 1), grid(x + 1, y + 1)}; }
+  Corners corners_of(int x, int y) const noexcept {
+    return {grid(x, y), grid(x + 1, y), grid(x, y + 1), grid(x + 1, y + 1)};
+  }
   /// Whether the rays at a pixel's own corners ask: only then do those at corners of its parts.
   bool asks_by_rays(const FilmTile& tile, std::size_t pixel) const noexcept;
 
@@ -124,8 +129,8 @@ class Refiner {
   const AdaptiveSettings* settings_;
   CornerRays corners_;
   int columns_, rows_of_pixels_;
-  int most_;           // parts of a pixel
-  bool rays_decide_;   // something that rays can tell varies in this World
+  int most_;          // parts of a pixel
+  bool rays_decide_;  // something that rays can tell varies in this World
   std::vector<char> wanted_;
   std::vector<float> grid_;
   std::vector<double> dark_;

@@ -1,11 +1,11 @@
 #include "sensor/render.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <numeric>
-
-#include <tbb/parallel_for.h>
 
 namespace obscura {
 namespace {
@@ -20,10 +20,16 @@ std::uint32_t object_at(const World& world, const std::optional<Ray>& ray) {
 /// One tile on its way to the film.
 class TilePass {
  public:
-  TilePass(const World& world, const Estimator& estimator, const Sampler& sampler, const Refiner* refiner, FilmTile tile)
-      : world_(world), estimator_(estimator), sampler_(sampler), refiner_(refiner), tile_(std::move(tile)),
+  TilePass(const World& world, const Estimator& estimator, const Sampler& sampler, const Refiner* refiner,
+           FilmTile tile)
+      : world_(world),
+        estimator_(estimator),
+        sampler_(sampler),
+        refiner_(refiner),
+        tile_(std::move(tile)),
         columns_(tile_.x_end() - tile_.x_begin()),
-        pixels_(static_cast<std::size_t>(columns_ * (tile_.y_end() - tile_.y_begin()))), bands_(static_cast<int>(world.bands().size())) {}
+        pixels_(static_cast<std::size_t>(columns_ * (tile_.y_end() - tile_.y_begin()))),
+        bands_(static_cast<int>(world.bands().size())) {}
 
   FilmTile run() {
     if (!refiner_) {
@@ -64,7 +70,9 @@ class TilePass {
   /// One ray into each stratum. @param first number of the first of them among the pixel's rays
   void send(std::size_t pixel, int first, std::span<const Stratum> strata, double weight) {
     sampler_.rays(x_of(pixel), y_of(pixel), strata, first, rays_);
-    for (const Stratum& cell : strata) sent_.push_back({pixel, cell.area(), weight * cell.area(), 0, refiner_ ? static_cast<std::size_t>(&cell - parts_.strata.data()) : 0});
+    for (const Stratum& cell : strata)
+      sent_.push_back({pixel, cell.area(), weight * cell.area(), 0,
+                       refiner_ ? static_cast<std::size_t>(&cell - parts_.strata.data()) : 0});
   }
 
   /// Traces what was sent since the last time, rays of equal share together.
@@ -72,7 +80,8 @@ class TilePass {
     std::vector<double> shares;
     for (std::size_t r = traced_; r < sent_.size(); ++r) shares.push_back(sent_[r].share);
     std::ranges::sort(shares);
-    shares.erase(std::unique(shares.begin(), shares.end(), [](double a, double b) { return b - a < 1e-9 * a; }), shares.end());
+    shares.erase(std::unique(shares.begin(), shares.end(), [](double a, double b) { return b - a < 1e-9 * a; }),
+                 shares.end());
     std::vector<Ray> together;
     std::vector<std::uint64_t> histories;
     for (const double share : shares) {
@@ -86,7 +95,8 @@ class TilePass {
       }
       const std::size_t begin = samples_.size();
       samples_.resize(begin + together.size(), RaySample(bands_));
-      counts += trace_bands(world_, estimator_, share * effort_, together, histories, std::span(samples_).subspan(begin));
+      counts +=
+          trace_bands(world_, estimator_, share * effort_, together, histories, std::span(samples_).subspan(begin));
     }
     if (refiner_) {
       for (std::size_t r = traced_; r < sent_.size(); ++r) level(r);
@@ -101,11 +111,14 @@ class TilePass {
     const double x = (rays_[r].px - x_of(sent_[r].pixel) - part.x_min) / part.width - 0.5;
     const double y = (rays_[r].py - y_of(sent_[r].pixel) - part.y_min) / part.height - 0.5;
     for (std::size_t b = 0; b < static_cast<std::size_t>(bands_); ++b) {
-      samples_[sent_[r].sample].bands[b].direct -= parts_.ramps[sent_[r].part * static_cast<std::size_t>(bands_) + b](x, y);
+      samples_[sent_[r].sample].bands[b].direct -=
+          parts_.ramps[sent_[r].part * static_cast<std::size_t>(bands_) + b](x, y);
     }
   }
 
-  void add(PixelSum& sum, std::size_t r, double weight) const { sum.add(rays_[r].ray ? samples_[sent_[r].sample] : nothing_, weight); }
+  void add(PixelSum& sum, std::size_t r, double weight) const {
+    sum.add(rays_[r].ray ? samples_[sent_[r].sample] : nothing_, weight);
+  }
 
   /// Every pixel in two halves. Each asks for as many rays as the error of the other says, so that no half's
   /// number of rays knows its own values: both are unbiased, and so is their mean.
@@ -128,8 +141,10 @@ class TilePass {
   void add_spread(PixelSum& sum, std::size_t pixel, std::size_t ray) const {
     for (int b = 0; b < bands_; ++b) {
       const PixelBand band = sum.band(b);
-      sum.set_spread(b, refiner_->spread(x_of(pixel), y_of(pixel), b, rays_[ray].px, rays_[ray].py, band.radiance, band.variance,
-                                         parts_.ramps[sent_[ray].part * static_cast<std::size_t>(bands_) + static_cast<std::size_t>(b)]));
+      sum.set_spread(
+          b, refiner_->spread(
+                 x_of(pixel), y_of(pixel), b, rays_[ray].px, rays_[ray].py, band.radiance, band.variance,
+                 parts_.ramps[sent_[ray].part * static_cast<std::size_t>(bands_) + static_cast<std::size_t>(b)]));
     }
   }
 
@@ -190,7 +205,9 @@ void TilePass::by_halves() {
           weights += weight;
         }
       }
-      const double scale = std::max(std::abs(half[pixel * static_cast<std::size_t>(bands_) + static_cast<std::size_t>(b)].radiance), refiner_->dark(b));
+      const double scale =
+          std::max(std::abs(half[pixel * static_cast<std::size_t>(bands_) + static_cast<std::size_t>(b)].radiance),
+                   refiner_->dark(b));
       const double target = *settings.error * scale;
       if (target > 0) times = std::max(times, 0.5 * variance / weights / (target * target));
     }
@@ -204,7 +221,8 @@ void TilePass::by_halves() {
     const int most = sampler_.settings().max_oversampling / (2 * parts);
     int number = 2 * parts;
     for (std::size_t half = 0; half < 2; ++half) {
-      repeats[p][half] = static_cast<int>(std::clamp(std::ceil(wanted(known[1 - half], p)), 1.0, std::max(1.0, static_cast<double>(most))));
+      repeats[p][half] = static_cast<int>(
+          std::clamp(std::ceil(wanted(known[1 - half], p)), 1.0, std::max(1.0, static_cast<double>(most))));
       for (int k = 1; k < repeats[p][half]; ++k, number += parts) send(p, number, parts_.of(p), 0.5);
     }
     if (number > 2 * parts && number - 2 * parts >= static_cast<int>(parts)) parts_.criterion[p] = Criterion::error;
@@ -219,7 +237,8 @@ void TilePass::by_halves() {
     for (std::size_t half = 0; half < 2; ++half) {
       const double share = 1.0 / repeats[p][half];
       for (std::size_t k = 0; k < parts; ++k) sent_[first++].weight *= share;
-      for (std::size_t k = 0; k < parts * static_cast<std::size_t>(repeats[p][half] - 1); ++k) sent_[more++].weight *= share;
+      for (std::size_t k = 0; k < parts * static_cast<std::size_t>(repeats[p][half] - 1); ++k)
+        sent_[more++].weight *= share;
     }
   }
 }
@@ -227,14 +246,14 @@ void TilePass::by_halves() {
 }  // namespace
 
 Rendered render(const World& world, std::span<const PhotonMaps> maps, const Camera& camera,
-                const SamplerSettings& sampling, const RadianceSettings& radiance,
-                const Progress& progress) {
-  const auto by_map = [&](int interval, double share, std::span<const Ray> rays, std::span<const std::uint64_t> histories,
-                          std::span<Incoming> incoming) {
+                const SamplerSettings& sampling, const RadianceSettings& radiance, const Progress& progress) {
+  const auto by_map = [&](int interval, double share, std::span<const Ray> rays,
+                          std::span<const std::uint64_t> histories, std::span<Incoming> incoming) {
     const PhotonMaps* map = maps.empty() ? nullptr : &maps[static_cast<std::size_t>(interval)];
     RadianceSettings settings = radiance;
     settings.footprint = camera.footprint(share);
-    if (sampling.samples > 0) settings.points = std::clamp(static_cast<int>(std::ceil(share * sampling.samples - 1e-9)), 1, kMostPoints);
+    if (sampling.samples > 0)
+      settings.points = std::clamp(static_cast<int>(std::ceil(share * sampling.samples - 1e-9)), 1, kMostPoints);
     return incoming_radiance(world, interval, map, settings, rays, histories, incoming);
   };
   return render(world, by_map, camera, sampling, progress);

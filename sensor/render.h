@@ -26,7 +26,6 @@ Rendered render(const World& world, const Estimator& estimator, const Camera& ca
 /// By photon maps.
 /// @param maps one per spectral interval of the World, or none: direct light only
 Rendered render(const World& world, std::span<const PhotonMaps> maps, const Camera& camera,
-                const SamplerSettings& sampling, const RadianceSettings& radiance,
-                const Progress& progress = {});
+                const SamplerSettings& sampling, const RadianceSettings& radiance, const Progress& progress = {});
 
 }  // namespace obscura

@@ -11,9 +11,7 @@ namespace obscura {
 Stratum stratum(int index, int count) noexcept {
   // Row r holds cells [r * count / rows, (r + 1) * count / rows): its height is its share of them.
   const int rows = std::max(1, static_cast<int>(std::lround(std::sqrt(static_cast<double>(count)))));
-  const auto first_of = [&](int row) {
-    return static_cast<int>(static_cast<std::int64_t>(row) * count / rows);
-  };
+  const auto first_of = [&](int row) { return static_cast<int>(static_cast<std::int64_t>(row) * count / rows); };
   int row = static_cast<int>(static_cast<std::int64_t>(index) * rows / count);
   while (first_of(row + 1) <= index) ++row;
   while (first_of(row) > index) --row;
@@ -29,8 +27,7 @@ Stratum stratum(int index, int count) noexcept {
   return cell;
 }
 
-Sampler::Sampler(const Camera& camera, const SamplerSettings& settings)
-    : camera_(&camera), settings_(settings) {
+Sampler::Sampler(const Camera& camera, const SamplerSettings& settings) : camera_(&camera), settings_(settings) {
   assert(settings.max_oversampling >= 1);
   for (int i = 0; i < settings.max_oversampling; ++i) strata_.push_back(stratum(i, settings.max_oversampling));
 }
@@ -38,8 +35,10 @@ Sampler::Sampler(const Camera& camera, const SamplerSettings& settings)
 void Sampler::rays(int x, int y, std::span<const Stratum> strata, int first, std::vector<PixelRay>& rays) const {
   const auto columns = static_cast<std::uint64_t>(camera_->columns());
   const std::uint64_t pixels = columns * static_cast<std::uint64_t>(camera_->rows());
-  const std::uint64_t pixel = settings_.pass * pixels + static_cast<std::uint64_t>(y) * columns + static_cast<std::uint64_t>(x);
-  std::uint64_t history = pixel * static_cast<std::uint64_t>(settings_.max_oversampling) + static_cast<std::uint64_t>(first);
+  const std::uint64_t pixel =
+      settings_.pass * pixels + static_cast<std::uint64_t>(y) * columns + static_cast<std::uint64_t>(x);
+  std::uint64_t history =
+      pixel * static_cast<std::uint64_t>(settings_.max_oversampling) + static_cast<std::uint64_t>(first);
   for (const Stratum& cell : strata) {
     Stream stream(settings_.seed, history, purpose_id(Purpose::pixel));
     PixelRay ray;

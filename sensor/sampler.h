@@ -21,7 +21,7 @@ struct AdaptiveSettings {
   std::optional<double> radiance = 0.05;      ///< relative, beyond the deciding rays' own noise
   /// Relative standard error above which a pixel gets more rays, whatever it shows.
   std::optional<double> error;
-  int specular_depth = 4;                     ///< mirrors that are looked behind
+  int specular_depth = 4;  ///< mirrors that are looked behind
 };
 
 struct SamplerSettings {

@@ -1,9 +1,9 @@
 #include "sensor/sight.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <atomic>
-
-#include <tbb/parallel_for.h>
 
 #include "photon/purpose.h"
 #include "sensor/sampler.h"
@@ -43,12 +43,14 @@ std::vector<std::vector<std::pair<std::uint32_t, float>>> object_shares(const Wo
     if (progress.cancelled()) return;
     std::vector<Seen>& row = found[static_cast<std::size_t>(y)];
     for (int x = 0; x < camera.columns(); ++x) {
-      const auto pixel = static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(camera.columns()) + static_cast<std::uint32_t>(x);
+      const auto pixel =
+          static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(camera.columns()) + static_cast<std::uint32_t>(x);
       const std::size_t first = row.size();
       for (int k = 0; k < lines; ++k) {
         const auto ray = camera.ray(x + (k % kMaskLines + 0.5) / kMaskLines, y + (k / kMaskLines + 0.5) / kMaskLines);
         if (!ray) continue;
-        Stream stream(0, static_cast<std::uint64_t>(pixel) * lines + static_cast<std::uint64_t>(k), purpose_id(Purpose::pixel));
+        Stream stream(0, static_cast<std::uint64_t>(pixel) * lines + static_cast<std::uint64_t>(k),
+                      purpose_id(Purpose::pixel));
         const std::uint32_t surface = world.meet(*ray, {}, stream).id.surface;
         if (surface >= world.objects().size()) continue;
         const auto same = std::find_if(row.begin() + static_cast<std::ptrdiff_t>(first), row.end(),
@@ -73,7 +75,8 @@ SightRays sight_rays(const Camera& camera, const ObjectMask& mask, int lines_per
   SightRays result;
   for (int y = 0; y < mask.rows; ++y) {
     for (int x = 0; x < mask.columns; ++x) {
-      const auto pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(mask.columns) + static_cast<std::size_t>(x);
+      const auto pixel =
+          static_cast<std::size_t>(y) * static_cast<std::size_t>(mask.columns) + static_cast<std::size_t>(x);
       const bool object = mask.share[pixel] > 0;
       if (!object && !mask.ring[pixel]) continue;
       const std::int32_t slot = object ? static_cast<std::int32_t>(result.pixels++) : -1;
@@ -93,8 +96,8 @@ SightRays sight_rays(const Camera& camera, const ObjectMask& mask, int lines_per
   return result;
 }
 
-Sight look(const World& world, std::span<const PhotonMaps> maps, const RadianceSettings& radiance, const SightRays& rays,
-           std::uint32_t object, const Progress& progress) {
+Sight look(const World& world, std::span<const PhotonMaps> maps, const RadianceSettings& radiance,
+           const SightRays& rays, std::uint32_t object, const Progress& progress) {
   const std::size_t bands = world.bands().size(), count = rays.rays.size();
   std::vector<double> values(bands * count), biases(bands * count), transmission(bands * count);
   std::vector<std::uint8_t> on_object(count);
@@ -111,7 +114,8 @@ Sight look(const World& world, std::span<const PhotonMaps> maps, const RadianceS
       const auto b = static_cast<std::size_t>(where.band);
       const double weight = world.bands()[b].intervals()[static_cast<std::size_t>(where.interval)].weight;
       const PhotonMaps* map = maps.empty() ? nullptr : &maps[static_cast<std::size_t>(i)];
-      counts[block] += incoming_radiance(world, i, map, radiance, here, std::span(rays.histories).subspan(first, size), incoming);
+      counts[block] +=
+          incoming_radiance(world, i, map, radiance, here, std::span(rays.histories).subspan(first, size), incoming);
       for (std::size_t r = 0; r < size; ++r) {
         values[b * count + first + r] += incoming[r].total();
         biases[b * count + first + r] += incoming[r].bias;

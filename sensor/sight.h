@@ -41,7 +41,7 @@ struct Sight {
 /// @param object index into the World's
 /// @param maps   one per spectral interval of the World, or none: direct light only
 /// The same bits for any number of threads. Cancelled: nothing of it is of use.
-Sight look(const World& world, std::span<const PhotonMaps> maps, const RadianceSettings& radiance, const SightRays& rays,
-           std::uint32_t object, const Progress& progress = {});
+Sight look(const World& world, std::span<const PhotonMaps> maps, const RadianceSettings& radiance,
+           const SightRays& rays, std::uint32_t object, const Progress& progress = {});
 
 }  // namespace obscura

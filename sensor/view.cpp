@@ -29,7 +29,8 @@ View view_of(const Camera& camera) {
     }
   }
   const double right = pixels[0] + 1.0, bottom = pixels[1] + 1.0;
-  const std::array<std::optional<Ray>, 4> corners = {camera.ray(-1, -1), camera.ray(right, -1), camera.ray(right, bottom), camera.ray(-1, bottom)};
+  const std::array<std::optional<Ray>, 4> corners = {camera.ray(-1, -1), camera.ray(right, -1),
+                                                     camera.ray(right, bottom), camera.ray(-1, bottom)};
   const Projection projection = camera.settings().projection;
   if (projection == Projection::fisheye) {
     view.origins = {camera.settings().position_m};
@@ -40,7 +41,9 @@ View view_of(const Camera& camera) {
     const Ray &a = *corners[k], &b = *corners[(k + 1) % 4];
     const Vec3d along = projection == Projection::perspective ? b.direction : b.origin - a.origin;
     Vec3d inward = a.direction.cross(along).normalized();
-    if (inward.dot(projection == Projection::perspective ? camera.forward() : corners[(k + 2) % 4]->origin - a.origin) < 0) inward = -inward;
+    if (inward.dot(projection == Projection::perspective ? camera.forward() : corners[(k + 2) % 4]->origin - a.origin) <
+        0)
+      inward = -inward;
     view.sides.push_back({a.origin, inward});
   }
   view.sides.push_back({corners[0]->origin, camera.forward()});

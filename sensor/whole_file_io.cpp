@@ -19,8 +19,8 @@ namespace fs = std::filesystem;
 void write_whole(const fs::path& path, const std::function<void(const fs::path&)>& write) {
   static std::atomic<unsigned> counter{0};
   fs::path temporary = path;
-  temporary.replace_filename(fmt::format(".{}.{}-{}{}", path.stem().string(), ::getpid(), counter++,
-                                         path.extension().string()));
+  temporary.replace_filename(
+      fmt::format(".{}.{}-{}{}", path.stem().string(), ::getpid(), counter++, path.extension().string()));
   std::error_code ignored, failure;
   try {
     write(temporary);

@@ -46,8 +46,7 @@ Box3d transform_box(const Affine& map, const Box3d& box) noexcept {
   Box3d result;
   if (box.isEmpty()) return result;
   for (int corner = 0; corner < 8; ++corner) {
-    result.extendBy(transform_point(map, Vec3d(corner & 1 ? box.max.x : box.min.x,
-                                               corner & 2 ? box.max.y : box.min.y,
+    result.extendBy(transform_point(map, Vec3d(corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
                                                corner & 4 ? box.max.z : box.min.z)));
   }
   return result;

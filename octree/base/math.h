@@ -49,14 +49,12 @@ inline Vec3d transform_direction(const Affine& map, const Vec3d& direction) noex
 
 /// The same ray seen through an affine map; t keeps its meaning.
 inline Ray transform_ray(const Affine& map, const Ray& ray) noexcept {
-  return {transform_point(map, ray.origin), transform_direction(map, ray.direction), ray.t_min,
-          ray.t_max};
+  return {transform_point(map, ray.origin), transform_direction(map, ray.direction), ray.t_min, ray.t_max};
 }
 
 /// Determinant of the linear part: the volume of one unit cube after the map.
 inline double linear_determinant(const Affine& m) noexcept {
-  return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
-         m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+  return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
          m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
 }
 
@@ -65,8 +63,7 @@ inline std::pair<Vec3d, Vec3d> orthonormal_basis(const Vec3d& n) noexcept {
   const double sign = std::copysign(1.0, n.z);
   const double a = -1.0 / (sign + n.z);
   const double b = n.x * n.y * a;
-  return {Vec3d(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x),
-          Vec3d(b, sign + n.y * n.y * a, -n.y)};
+  return {Vec3d(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x), Vec3d(b, sign + n.y * n.y * a, -n.y)};
 }
 
 /// The map p -> translation + Rz Ry Rx (scale p), right-handed rotations about the axes, radians.

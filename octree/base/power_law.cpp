@@ -5,7 +5,8 @@
 
 namespace obscura {
 
-std::optional<PowerLaw> fit_power_law(std::span<const double> x, std::span<const double> y, std::span<const double> y_error) {
+std::optional<PowerLaw> fit_power_law(std::span<const double> x, std::span<const double> y,
+                                      std::span<const double> y_error) {
   constexpr double kLeastError = 0.01;
   const auto each = [&](const auto& visit) {
     for (std::size_t i = 0; i < x.size(); ++i) {

@@ -32,14 +32,13 @@ class Progress {
     constexpr std::uint64_t steps = 1000;
     if (!listener_) return Progress(nullptr, cancelled_);
     return Progress(
-        [listener = listener_, stage = std::move(stage), index, count](std::string_view, std::uint64_t done, std::uint64_t total) {
+        [listener = listener_, stage = std::move(stage), index, count](std::string_view, std::uint64_t done,
+                                                                       std::uint64_t total) {
           listener(stage, index * steps + (total > 0 ? steps * std::min(done, total) / total : 0), count * steps);
         },
         cancelled_);
   }
-  bool cancelled() const noexcept {
-    return cancelled_ && cancelled_->load(std::memory_order_relaxed);
-  }
+  bool cancelled() const noexcept { return cancelled_ && cancelled_->load(std::memory_order_relaxed); }
 
  private:
   Listener listener_;

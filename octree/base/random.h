@@ -13,10 +13,8 @@ constexpr std::array<std::uint32_t, 4> philox4x32(std::array<std::uint32_t, 4> c
   for (int round = 0; round < 10; ++round) {
     const std::uint64_t a = std::uint64_t{0xD2511F53u} * counter[0];
     const std::uint64_t b = std::uint64_t{0xCD9E8D57u} * counter[2];
-    counter = {static_cast<std::uint32_t>(b >> 32) ^ counter[1] ^ key[0],
-               static_cast<std::uint32_t>(b),
-               static_cast<std::uint32_t>(a >> 32) ^ counter[3] ^ key[1],
-               static_cast<std::uint32_t>(a)};
+    counter = {static_cast<std::uint32_t>(b >> 32) ^ counter[1] ^ key[0], static_cast<std::uint32_t>(b),
+               static_cast<std::uint32_t>(a >> 32) ^ counter[3] ^ key[1], static_cast<std::uint32_t>(a)};
     key[0] += 0x9E3779B9u;
     key[1] += 0xBB67AE85u;
   }
@@ -29,8 +27,7 @@ class Stream {
  public:
   constexpr Stream(std::uint64_t seed, std::uint64_t history, std::uint32_t purpose) noexcept
       : key_{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)},
-        counter_{0, purpose, static_cast<std::uint32_t>(history),
-                 static_cast<std::uint32_t>(history >> 32)} {}
+        counter_{0, purpose, static_cast<std::uint32_t>(history), static_cast<std::uint32_t>(history >> 32)} {}
 
   constexpr std::uint32_t bits() noexcept {
     if (used_ == 4) {

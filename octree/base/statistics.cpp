@@ -21,7 +21,8 @@ double beta_share(double a, double b, double x) {
     fraction *= d * c;
     if (std::abs(d * c - 1) < 1e-15) break;
   }
-  return fraction * std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) + a * std::log(x) + b * std::log1p(-x)) / a;
+  return fraction *
+         std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) + a * std::log(x) + b * std::log1p(-x)) / a;
 }
 
 }  // namespace

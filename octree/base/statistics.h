@@ -38,9 +38,7 @@ class Moments {
   /// 0 where nothing was added.
   constexpr double mean() const noexcept { return mean_; }
   /// Unbiased variance of one number; 0 for fewer than two numbers.
-  constexpr double variance() const noexcept {
-    return count_ < 2 ? 0.0 : squares_ / static_cast<double>(count_ - 1);
-  }
+  constexpr double variance() const noexcept { return count_ < 2 ? 0.0 : squares_ / static_cast<double>(count_ - 1); }
   /// Of the mean. Infinite for fewer than two numbers: nothing is known of their scatter.
   double standard_error() const noexcept {
     if (count_ < 2) return std::numeric_limits<double>::infinity();

@@ -1,11 +1,11 @@
 #include "chords.h"
 
-#include "octree/base/random.h"
-#include "octree/walk.h"
-
 #include <algorithm>
 #include <cmath>
 #include <vector>
+
+#include "octree/base/random.h"
+#include "octree/walk.h"
 
 namespace obscura::cli {
 
@@ -26,7 +26,9 @@ double assumed_extinction(const Octree& octree, int channel, std::uint64_t seed)
     const double sine = std::sqrt(1 - z * z);
     // A unit direction in metres, so that depths are per metre whatever the voxels' shape.
     Ray ray{transform_point(octree.index_to_local(), point),
-            {sine * std::cos(azimuth), sine * std::sin(azimuth), z}, -kInfinity, kInfinity};
+            {sine * std::cos(azimuth), sine * std::sin(azimuth), z},
+            -kInfinity,
+            kInfinity};
     thickest = std::max(thickest, optical_depth(octree, transform_ray(octree.local_to_index(), ray), weights));
   }
   return thickest > 0 ? kAssumedDepth / thickest : 0;

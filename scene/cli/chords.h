@@ -1,9 +1,9 @@
 // How thick to take a cloud whose optics nobody has given yet, so that a tolerance means something.
 #pragma once
 
-#include "octree/build.h"
-
 #include <cstdint>
+
+#include "octree/build.h"
 
 namespace obscura::cli {
 

@@ -1,13 +1,14 @@
 // obscura compare: how far an image is from a reference, channel by channel.
-#include "commands.h"
-#include "console.h"
 #include "sensor/compare.h"
-#include "sensor/image_io.h"
 
 #include <fmt/format.h>
 
 #include <cstdio>
 #include <memory>
+
+#include "commands.h"
+#include "console.h"
+#include "sensor/image_io.h"
 
 namespace obscura::cli {
 

@@ -1,12 +1,11 @@
 #include "console.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-
-#include <unistd.h>
 
 namespace obscura::cli {
 namespace {
@@ -94,8 +93,7 @@ void check_outputs(const std::vector<Output>& outputs, bool force, const std::ve
       for (const auto& path : inputs) input |= same_file(file, path);
       for (std::size_t j = 0; j < i; ++j) twice |= same_file(file, outputs[j].file);
       if (input) {
-        add(fmt::format("\"{}\" would replace an input", file.string()),
-            "give " + option + " another name");
+        add(fmt::format("\"{}\" would replace an input", file.string()), "give " + option + " another name");
       } else if (twice) {
         add(fmt::format("\"{}\" is the name of two outputs", file.string()), "give each its own");
       } else if (!force && std::filesystem::exists(file, error)) {

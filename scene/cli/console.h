@@ -1,15 +1,15 @@
 // What the commands share at the terminal: progress, Ctrl-C, outputs that must not be lost, exit codes.
 #pragma once
 
-#include "octree/base/error.h"
-#include "octree/base/progress.h"
-#include "scene/progress_bar.h"
-
 #include <atomic>
 #include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
+
+#include "octree/base/error.h"
+#include "octree/base/progress.h"
+#include "scene/progress_bar.h"
 
 namespace obscura::cli {
 

@@ -1,4 +1,10 @@
 // obscura convert: any volume that can be read, as OpenVDB, with a tolerance if one is given.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+
 #include "chords.h"
 #include "commands.h"
 #include "console.h"
@@ -6,12 +12,6 @@
 #include "octree/export.h"
 #include "octree/import.h"
 #include "quantities.h"
-
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cstdio>
-#include <memory>
 
 namespace obscura::cli {
 namespace {
@@ -90,21 +90,26 @@ Command add_convert(CLI::App& program) {
   const auto a = std::make_shared<ConvertArguments>();
   CLI::App* app = program.add_subcommand("convert", "Convert a volume to OpenVDB, with a tolerance if one is given");
   app->add_option("input", a->input, "OpenVDB, NanoVDB, NetCDF, LES text or raw voxels (.json)")
-      ->required()->type_name("IN");
+      ->required()
+      ->type_name("IN");
   app->add_option("output", a->output, "OpenVDB file to write")->required()->type_name("OUT.vdb");
   app->add_option("--tolerance", a->tolerance, "Error of a ray's transmission to allow, 0.001 or 0.1%; 0: lossless")
-      ->type_name("E")->capture_default_str();
+      ->type_name("E")
+      ->capture_default_str();
   app->add_option("--grid", a->grids, "Grid to convert; may be repeated; default: all that are scalar")
-      ->type_name("NAME")->type_size(1)->allow_extra_args(false)
+      ->type_name("NAME")
+      ->type_size(1)
+      ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   app->add_flag("-f,--force", a->force, "Replace an output that exists");
   app->add_flag("--quiet", a->quiet, "No progress; errors stay");
-  app->footer(fmt::format(
-      "Without a scene no extinction is known: each grid is taken as an extinction, scaled so that the\n"
-      "thickest of 1000 chords has optical depth {:g}.\n\n"
-      "Examples:\n"
-      "  obscura convert cloud.nc cloud.vdb\n"
-      "  obscura convert cloud.vdb small.vdb --tolerance 0.1% --grid density", kAssumedDepth));
+  app->footer(
+      fmt::format("Without a scene no extinction is known: each grid is taken as an extinction, scaled so that the\n"
+                  "thickest of 1000 chords has optical depth {:g}.\n\n"
+                  "Examples:\n"
+                  "  obscura convert cloud.nc cloud.vdb\n"
+                  "  obscura convert cloud.vdb small.vdb --tolerance 0.1% --grid density",
+                  kAssumedDepth));
   return {app, [a] { return convert(*a); }};
 }
 

@@ -1,9 +1,9 @@
 #include "edits.h"
 
+#include <algorithm>
+
 #include "scene/scene_json.h"
 #include "scene/scene_words.h"
-
-#include <algorithm>
 
 namespace obscura::cli {
 
@@ -27,7 +27,8 @@ std::vector<SceneEdit> effect_edits(const std::vector<std::string>& texts, std::
     const std::string name = text.substr(0, equals), word = equals == std::string::npos ? "" : text.substr(equals + 1);
     const std::vector<std::string>& known = effect_names();
     if (word != "on" && word != "off") {
-      problems.push_back({"--effect " + text, "it does not end in =on or =off", "give NAME=on or NAME=off, e.g. \"atmosphere=off\""});
+      problems.push_back(
+          {"--effect " + text, "it does not end in =on or =off", "give NAME=on or NAME=off, e.g. \"atmosphere=off\""});
     } else if (std::find(known.begin(), known.end(), name) == known.end()) {
       problems.push_back({"--effect " + text, "there is no effect \"" + name + "\"", detail::suggest(name, known)});
     } else {
@@ -51,7 +52,10 @@ std::vector<std::filesystem::path> input_files(const std::string& scene_file, co
 
 CLI::Option* add_effect_option(CLI::App& app, std::vector<std::string>& texts) {
   return app.add_option("--effect", texts, "Force an effect on or off, e.g. atmosphere=on; may be repeated")
-      ->type_name("NAME=on|off")->type_size(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)->allow_extra_args(false);
+      ->type_name("NAME=on|off")
+      ->type_size(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->allow_extra_args(false);
 }
 
 }  // namespace obscura::cli

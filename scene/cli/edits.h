@@ -1,14 +1,13 @@
 // Scenes at the command line: changes to them, and the files that they name.
 #pragma once
 
-#include "scene/scene_io.h"
-
 #include <CLI/CLI.hpp>
-
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "scene/scene_io.h"
 
 namespace obscura::cli {
 

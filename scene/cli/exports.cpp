@@ -1,21 +1,19 @@
 // obscura export, and the same outputs for obscura render.
 #include "exports.h"
 
-#include "sensor/csv_io.h"
-#include "sensor/envi_io.h"
-#include "sensor/image_io.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <memory>
 
+#include "sensor/csv_io.h"
+#include "sensor/envi_io.h"
+#include "sensor/image_io.h"
+
 namespace obscura::cli {
 namespace {
 
-std::array<int, 4> four(const std::vector<int>& numbers) {
-  return {numbers[0], numbers[1], numbers[2], numbers[3]};
-}
+std::array<int, 4> four(const std::vector<int>& numbers) { return {numbers[0], numbers[1], numbers[2], numbers[3]}; }
 
 std::vector<PixelPlace> places_of(const Exports& e, const std::array<int, 2>& resolution) {
   const auto [columns, rows] = resolution;
@@ -87,16 +85,30 @@ std::filesystem::path file_of_band(const std::string& file, const std::vector<st
 void add_export_options(CLI::App& app, Exports& e) {
   const char* const files = "Other files";
   app.add_option("--envi", e.envi, "Header to write, with the bands in FILE.img: ENVI, float32, band sequential")
-      ->type_name("FILE.hdr")->group(files);
-  app.add_option("--quantity", e.quantity, "Of each band, for --envi: radiance, error, transmission, temperature, detector ...")
-      ->type_name("Q")->capture_default_str()->group(files);
-  app.add_option("--counts", e.counts, "The detector's counts in 16 bits, .png or .tif; of several bands FILE.<band>.png ...")
-      ->type_name("FILE")->group(files);
-  app.add_option("--csv", e.csv, "Table to write: one row for each pixel, with all channels")->type_name("FILE.csv")->group(files);
-  app.add_option("--region", e.region, "Pixels for --csv; default: all")->type_name("X,Y,COLUMNS,ROWS")
-      ->delimiter(',')->expected(4)->group(files);
-  app.add_option("--line", e.line, "Pixels for --csv, from one end to the other")->type_name("X0,Y0,X1,Y1")
-      ->delimiter(',')->expected(4)->group(files);
+      ->type_name("FILE.hdr")
+      ->group(files);
+  app.add_option("--quantity", e.quantity,
+                 "Of each band, for --envi: radiance, error, transmission, temperature, detector ...")
+      ->type_name("Q")
+      ->capture_default_str()
+      ->group(files);
+  app.add_option("--counts", e.counts,
+                 "The detector's counts in 16 bits, .png or .tif; of several bands FILE.<band>.png ...")
+      ->type_name("FILE")
+      ->group(files);
+  app.add_option("--csv", e.csv, "Table to write: one row for each pixel, with all channels")
+      ->type_name("FILE.csv")
+      ->group(files);
+  app.add_option("--region", e.region, "Pixels for --csv; default: all")
+      ->type_name("X,Y,COLUMNS,ROWS")
+      ->delimiter(',')
+      ->expected(4)
+      ->group(files);
+  app.add_option("--line", e.line, "Pixels for --csv, from one end to the other")
+      ->type_name("X0,Y0,X1,Y1")
+      ->delimiter(',')
+      ->expected(4)
+      ->group(files);
 }
 
 std::vector<Output> export_outputs(const Exports& e, const ExportSource& source, std::vector<Problem>& problems) {
@@ -110,7 +122,8 @@ std::vector<Output> export_outputs(const Exports& e, const ExportSource& source,
       problems.push_back({"--counts", "there are no counts", source.no_counts});
     }
     if (!has_one_of(e.counts, {".png", ".tif", ".tiff"})) {
-      problems.push_back({"--counts", fmt::format("\"{}\" does not end in .png or .tif", e.counts), "give a name that does"});
+      problems.push_back(
+          {"--counts", fmt::format("\"{}\" does not end in .png or .tif", e.counts), "give a name that does"});
     }
     for (std::size_t band = 0; band < source.bands.size(); ++band) {
       outputs.push_back({file_of_band(e.counts, source.bands, band), "--counts", ""});
@@ -137,7 +150,8 @@ Command add_export(CLI::App& program) {
     bool force = false, quiet = false;
   };
   const auto a = std::make_shared<Arguments>();
-  CLI::App* app = program.add_subcommand("export", "Write an image as ENVI, as counts of 16 bits, or pixels of it as a table");
+  CLI::App* app =
+      program.add_subcommand("export", "Write an image as ENVI, as counts of 16 bits, or pixels of it as a table");
   app->add_option("image", a->image, "Image that obscura render wrote")->required()->type_name("IMAGE.exr");
   add_export_options(*app, a->exports);
   app->add_flag("-f,--force", a->force, "Replace outputs that exist");

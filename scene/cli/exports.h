@@ -1,14 +1,14 @@
 // Other files of an image: ENVI, counts, tables of pixels. Shared by render and export.
 #pragma once
 
-#include "commands.h"
-#include "console.h"
-#include "sensor/image.h"
-
 #include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
+
+#include "commands.h"
+#include "console.h"
+#include "sensor/image.h"
 
 namespace obscura::cli {
 

@@ -1,4 +1,10 @@
 // obscura info: what a volume file holds and what its octrees cost.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <memory>
+
 #include "chords.h"
 #include "commands.h"
 #include "console.h"
@@ -6,12 +12,6 @@
 #include "octree/export.h"
 #include "octree/import.h"
 #include "quantities.h"
-
-#include <fmt/format.h>
-
-#include <cmath>
-#include <cstdio>
-#include <memory>
 
 namespace obscura::cli {
 namespace {
@@ -29,8 +29,10 @@ void print_transform(const Affine& m) {
       if (m[from][axis] != 0) sum += fmt::format("{}{:.6g} {}", sum.empty() ? "" : " + ", m[from][axis], "ijk"[from]);
     }
     const double shift = m[3][axis];
-    if (sum.empty()) sum = fmt::format("{:.6g}", shift);
-    else if (shift != 0) sum += fmt::format(" {} {:.6g}", shift < 0 ? '-' : '+', std::abs(shift));
+    if (sum.empty())
+      sum = fmt::format("{:.6g}", shift);
+    else if (shift != 0)
+      sum += fmt::format(" {} {:.6g}", shift < 0 ? '-' : '+', std::abs(shift));
     fmt::print("{}{} = {}", axis == 0 ? "" : ",  ", "xyz"[axis], sum);
   }
   fmt::print("\n");
@@ -92,8 +94,8 @@ int info(const InfoArguments& a) {
     }
     if (cancel_flag()) break;
     Console console(a.quiet);
-    const std::vector<VoxelStream> streams =
-        open_volume(a.file, std::vector<GridRequest>{{grid.name, /*require_non_negative=*/false, /*fills_space=*/true}});
+    const std::vector<VoxelStream> streams = open_volume(
+        a.file, std::vector<GridRequest>{{grid.name, /*require_non_negative=*/false, /*fills_space=*/true}});
     const auto [lossless, report] = build_octree(streams.at(0), {.tolerance = 0, .measure = {}}, console.progress());
     console.finish();
     const OtherForms others = measure_other_forms(streams.at(0));
@@ -109,9 +111,10 @@ int info(const InfoArguments& a) {
     console.finish();
     print_sizes(fmt::format("within {:g}", tolerance), merged.statistics(), others);
     print_leaves(merged.statistics());
-    fmt::print("               built in {:.2f} s; error of a ray's transmission {:.3g} measured on {} rays,\n"
-               "               {:.3g} at most, where the thickest chord has optical depth {:g}\n",
-               cost.seconds, cost.error_measured, cost.rays, cost.error_bound, kAssumedDepth);
+    fmt::print(
+        "               built in {:.2f} s; error of a ray's transmission {:.3g} measured on {} rays,\n"
+        "               {:.3g} at most, where the thickest chord has optical depth {:g}\n",
+        cost.seconds, cost.error_measured, cost.rays, cost.error_bound, kAssumedDepth);
   }
   return kDone;
 }
@@ -122,13 +125,16 @@ Command add_info(CLI::App& program) {
   const auto a = std::make_shared<InfoArguments>();
   CLI::App* app = program.add_subcommand("info", "Show what a volume file holds and what its octrees cost");
   app->add_option("file", a->file, "OpenVDB, NanoVDB, NetCDF, LES text or raw voxels (.json)")
-      ->required()->type_name("FILE");
+      ->required()
+      ->type_name("FILE");
   app->add_option("--tolerance", a->tolerance, "Error of a ray's transmission, 0.001 or 0.1%; 0: lossless only")
-      ->type_name("E")->capture_default_str();
+      ->type_name("E")
+      ->capture_default_str();
   app->add_flag("--quiet", a->quiet, "No progress; errors stay");
   app->footer(fmt::format(
       "Without a scene no extinction is known: the thickest of 1000 chords is taken to have optical depth {:g}.\n\n"
-      "Example:\n  obscura info cloud.vdb", kAssumedDepth));
+      "Example:\n  obscura info cloud.vdb",
+      kAssumedDepth));
   return {app, [a] { return info(*a); }};
 }
 

@@ -1,16 +1,16 @@
 // obscura plan: which effects a scene calls for, why, and what they will cost.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+
 #include "commands.h"
 #include "console.h"
 #include "edits.h"
 #include "quantities.h"
 #include "scene/scene_io.h"
 #include "scene/session.h"
-
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cstdio>
-#include <memory>
 
 namespace obscura::cli {
 namespace {
@@ -42,7 +42,11 @@ std::vector<SceneEdit> edits_of(const PlanArguments& a, std::vector<Problem>& pr
 
 std::string percent(double fraction) { return fmt::format("{:.2g} %", 100 * fraction); }
 
-std::string seconds_text(double s) { return s < 0.095 ? fmt::format("{:.0f} ms", 1000 * s) : s < 100 ? fmt::format("{:.2g} s", s) : fmt::format("{:.0f} s", s); }
+std::string seconds_text(double s) {
+  return s < 0.095 ? fmt::format("{:.0f} ms", 1000 * s)
+         : s < 100 ? fmt::format("{:.2g} s", s)
+                   : fmt::format("{:.0f} s", s);
+}
 
 std::string table_of(const Description& scene, const Plan& plan) {
   std::string text = fmt::format("{:<20} {:<4} {:>9} {:>8}  {}\n", "effect", "", "bound", "cost", "why");
@@ -53,11 +57,12 @@ std::string table_of(const Description& scene, const Plan& plan) {
   }
   const char* const used = scene.render.method == MethodKind::path ? "path" : "photon";
   const char* const cheaper = plan.method.cheaper == MethodKind::path ? "path" : "photon";
-  text += fmt::format("\nmethod  {}: {}; with the scene's settings, photon {} and path {} on one core\n", cheaper, plan.method.reason,
-                      seconds_text(plan.method.photon_s), seconds_text(plan.method.path_s));
-  if (scene.render.method != plan.method.cheaper) text += fmt::format("        the scene is rendered by {}; --method {} takes the other\n", used, cheaper);
-  text += fmt::format("budget  image error {}: {} for what is left out, {} for what is sampled\n", percent(plan.budget.total),
-                      percent(plan.budget.dropped), percent(plan.budget.sampled));
+  text += fmt::format("\nmethod  {}: {}; with the scene's settings, photon {} and path {} on one core\n", cheaper,
+                      plan.method.reason, seconds_text(plan.method.photon_s), seconds_text(plan.method.path_s));
+  if (scene.render.method != plan.method.cheaper)
+    text += fmt::format("        the scene is rendered by {}; --method {} takes the other\n", used, cheaper);
+  text += fmt::format("budget  image error {}: {} for what is left out, {} for what is sampled\n",
+                      percent(plan.budget.total), percent(plan.budget.dropped), percent(plan.budget.sampled));
   return text;
 }
 
@@ -92,13 +97,18 @@ Command add_plan(CLI::App& program) {
   app->add_flag("--json", a->json, "{\"plan\": [...]} in place of the table");
   app->add_flag("--quiet", a->quiet, "No progress; warnings and errors stay");
   const char* const wish = "In place of the scene's";
-  app->add_option("--target-error", a->target_error, "Image error that is allowed: 0.03 or 3%; default 0.1%")->type_name("E")->group(wish);
+  app->add_option("--target-error", a->target_error, "Image error that is allowed: 0.03 or 3%; default 0.1%")
+      ->type_name("E")
+      ->group(wish);
   app->add_option("--time", a->time, "The picture's time: seconds, or 30s, 5min")->type_name("S")->group(wish);
   app->add_option("--method", a->method, "How scattering is found: photon or path")->type_name("M")->group(wish);
   add_effect_option(*app, a->effects)->group(wish);
   app->add_option("--set", a->set, "Change any value of the scene; may be repeated")
-      ->type_name("/POINTER=VALUE")->type_size(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
-      ->allow_extra_args(false)->group(wish);
+      ->type_name("/POINTER=VALUE")
+      ->type_size(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->allow_extra_args(false)
+      ->group(wish);
   app->footer(
       "bound: the image error that leaving the effect out can cause; 0: provably none. cost: of one core, by a model.\n"
       "What is left out on bounds may use a tenth of the target error together.\n\n"

@@ -1,15 +1,15 @@
 // Finds the command that is meant, runs it, and turns what went wrong into sentences and exit codes.
-#include "commands.h"
-#include "console.h"
-#include "scene/scene_schema.h"
-#include "scene/scene_words.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <new>
 #include <optional>
+
+#include "commands.h"
+#include "console.h"
+#include "scene/scene_schema.h"
+#include "scene/scene_words.h"
 
 namespace obscura::cli {
 namespace {
@@ -56,8 +56,7 @@ std::vector<Problem> unexpected(const CLI::App& command) {
       const std::string option = argument.substr(0, argument.find('='));
       problems.push_back({option, "there is no such option", detail::suggest(option, options)});
     } else if (!value) {
-      problems.push_back({argument, "this argument is one too many",
-                          "see obscura " + command.get_name() + " --help"});
+      problems.push_back({argument, "this argument is one too many", "see obscura " + command.get_name() + " --help"});
     }
   }
   return problems;
@@ -86,9 +85,9 @@ int dispatch(int argc, char** argv) {
   program.set_version_flag("--version", std::string("obscura ") + OBSCURA_VERSION, "Print the version");
   program.set_help_flag("-h,--help", "Print this help");
   program.footer(kFooter);
-  const std::vector<Command> commands = {add_render(program), add_info(program), add_convert(program),
-                                         add_compare(program), add_export(program), add_plan(program), add_verify(program),
-                                         add_obscuration(program), add_study(program), add_schema(program)};
+  const std::vector<Command> commands = {
+      add_render(program), add_info(program),   add_convert(program),     add_compare(program), add_export(program),
+      add_plan(program),   add_verify(program), add_obscuration(program), add_study(program),   add_schema(program)};
   const std::vector<std::string> names = names_of(commands);
   if (const auto problem = command_problem(argc, argv, names)) return report({*problem});
   try {
@@ -100,8 +99,7 @@ int dispatch(int argc, char** argv) {
       if (!command.app->parsed()) continue;
       const std::vector<Problem> problems = unexpected(*command.app);
       if (!problems.empty()) return report(problems);
-      return report({{command.app->get_name(), error.what(),
-                      "see obscura " + command.app->get_name() + " --help"}});
+      return report({{command.app->get_name(), error.what(), "see obscura " + command.app->get_name() + " --help"}});
     }
     const std::vector<Problem> problems = unexpected(program);
     if (!problems.empty()) return report(problems);

@@ -1,12 +1,12 @@
 #include "quantities.h"
 
-#include "octree/base/error.h"
-
 #include <fmt/format.h>
 
 #include <charconv>
 #include <cmath>
 #include <utility>
+
+#include "octree/base/error.h"
 
 namespace obscura::cli {
 namespace {
@@ -23,8 +23,8 @@ bool split_number(const std::string& text, double& number, std::string& rest) {
 }  // namespace
 
 double parse_seconds(const std::string& text, const std::string& option) {
-  static constexpr std::pair<const char*, double> units[] = {
-      {"", 1}, {"s", 1}, {"ms", 1e-3}, {"min", 60}, {"h", 3600}, {"d", 86400}};
+  static constexpr std::pair<const char*, double> units[] = {{"", 1},     {"s", 1},    {"ms", 1e-3},
+                                                             {"min", 60}, {"h", 3600}, {"d", 86400}};
   double number = 0;
   std::string unit;
   if (split_number(text, number, unit)) {

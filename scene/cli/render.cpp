@@ -1,4 +1,10 @@
 // obscura render: from a scene file to an image and its report.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+
 #include "commands.h"
 #include "console.h"
 #include "edits.h"
@@ -9,12 +15,6 @@
 #include "sensor/image_io.h"
 #include "sensor/preview.h"
 #include "sensor/rays_picture.h"
-
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cstdio>
-#include <memory>
 
 namespace obscura::cli {
 namespace {
@@ -85,8 +85,9 @@ void check_quantity(const std::string& quantity, const Description& scene, std::
 }
 
 void print_accuracy(const AccuracyReport& a) {
-  fmt::print("image error {:.2g} % (95 %: {:.2g} to {:.2g} %), noise {:.2g} %, bias {:.2g} %; {} pass{} of {}", 100 * a.error,
-             100 * a.interval[0], 100 * a.interval[1], 100 * a.noise, 100 * a.bias, a.passes, a.passes == 1 ? "" : "es", a.method);
+  fmt::print("image error {:.2g} % (95 %: {:.2g} to {:.2g} %), noise {:.2g} %, bias {:.2g} %; {} pass{} of {}",
+             100 * a.error, 100 * a.interval[0], 100 * a.interval[1], 100 * a.noise, 100 * a.bias, a.passes,
+             a.passes == 1 ? "" : "es", a.method);
   if (a.photons > 0) fmt::print(", {} photons", a.photons);
   fmt::print(", {} samples\n", a.samples);
 }
@@ -111,7 +112,8 @@ int render(const RenderArguments& a, const CLI::App& app) {
   if (!a.rays.empty()) outputs.push_back({a.rays, "--rays", ".png"});
   if (scene) {
     if (!a.rays.empty() && !scene->sensor.antialiasing.adaptive()) {
-      problems.push_back({"--rays", "the scene's antialiasing gives every pixel as many rays", "leave its thresholds above 0"});
+      problems.push_back(
+          {"--rays", "the scene's antialiasing gives every pixel as many rays", "leave its thresholds above 0"});
     }
     if (!a.exports.envi.empty()) check_quantity(a.exports.quantity, *scene, problems);
     const std::vector<Output> more = export_outputs(a.exports, source, problems);
@@ -155,8 +157,10 @@ Command add_render(CLI::App& program) {
   const auto a = std::make_shared<RenderArguments>();
   app->add_option("scene", a->scene, "Scene file")->required()->type_name("SCENE");
   app->add_option("-o,--output", a->output, "Image to write: radiance, error, transmission, temperature ...")
-      ->required()->type_name("IMAGE.exr");
-  app->add_option("--report", a->report, "Report to write; default: the image's name, ending in .json")->type_name("R.json");
+      ->required()
+      ->type_name("IMAGE.exr");
+  app->add_option("--report", a->report, "Report to write; default: the image's name, ending in .json")
+      ->type_name("R.json");
   app->add_option("--preview", a->preview, "Picture to look at")->type_name("P.png");
   app->add_option("--rays", a->rays, "Picture of where the rays went, and what asked for them")->type_name("P.png");
   app->add_flag("-f,--force", a->force, "Replace outputs that exist");
@@ -164,24 +168,34 @@ Command add_render(CLI::App& program) {
 
   const char* const wish = "In place of the scene's";
   app->add_option("--method", a->method, "How scattering is found: photon or path (baked is not available yet)")
-      ->type_name("M")->group(wish);
+      ->type_name("M")
+      ->group(wish);
   app->add_option("--photons", a->photons, "Photons emitted, per band")->type_name("N")->group(wish);
-  app->add_option("--samples", a->samples, "Paths per pixel of final gather and method path")->type_name("N")->group(wish);
+  app->add_option("--samples", a->samples, "Paths per pixel of final gather and method path")
+      ->type_name("N")
+      ->group(wish);
   app->add_option("--time", a->time, "The picture's time: seconds, or 30s, 5min")->type_name("S")->group(wish);
   app->add_option("--seed", a->seed, "Seed of all random numbers")->type_name("N")->group(wish);
   add_effect_option(*app, a->effects)->group(wish);
   app->add_option("--set", a->set, "Change any value of the scene, e.g. /sensor/fov_deg=5; may be repeated")
-      ->type_name("/POINTER=VALUE")->type_size(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
-      ->allow_extra_args(false)->group(wish);
+      ->type_name("/POINTER=VALUE")
+      ->type_size(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->allow_extra_args(false)
+      ->group(wish);
 
   add_export_options(*app, a->exports);
 
   const char* const limits = "Limits";
   app->add_option("--threads", a->threads, "Threads; default: all. Results do not depend on it")
-      ->type_name("N")->check(CLI::Range(1, 4096))->group(limits);
+      ->type_name("N")
+      ->check(CLI::Range(1, 4096))
+      ->group(limits);
   const char* const goals = "Goals; photons and samples, and the method where none is given, are chosen";
   app->add_option("--target-error", a->target_error, "Image error to reach: 0.03 or 3%")->type_name("E")->group(goals);
-  app->add_option("--time-limit", a->time_limit, "The most accurate image for this time: seconds, or 30s, 5min")->type_name("S")->group(goals);
+  app->add_option("--time-limit", a->time_limit, "The most accurate image for this time: seconds, or 30s, 5min")
+      ->type_name("S")
+      ->group(goals);
   const char* const later = "Not available yet";
   app->add_option("--memory", a->memory, "Memory to stay below")->type_name("MiB")->group(later);
   app->footer(
@@ -189,7 +203,8 @@ Command add_render(CLI::App& program) {
       "Examples:\n"
       "  obscura render smoke.json -o night.exr --preview night.png\n"
       "  obscura render smoke.json -o quick.exr -f --photons 1e5 --set /sensor/resolution=[80,60]\n"
-      "  obscura render smoke.json -o seen.exr --set /sensor/detector/bits=14 --set /sensor/detector/range=[20,60] --counts seen.png");
+      "  obscura render smoke.json -o seen.exr --set /sensor/detector/bits=14 --set /sensor/detector/range=[20,60] "
+      "--counts seen.png");
   return {app, [a, app] { return render(*a, *app); }};
 }
 

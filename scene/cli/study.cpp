@@ -1,20 +1,20 @@
 // obscura study: what accuracy costs on this machine, for one scene, by every method.
-#include "commands.h"
-#include "console.h"
-#include "edits.h"
-#include "quantities.h"
 #include "scene/study.h"
-#include "sensor/whole_file_io.h"
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <memory>
 #include <ostream>
 
-#include <unistd.h>
+#include "commands.h"
+#include "console.h"
+#include "edits.h"
+#include "quantities.h"
+#include "sensor/whole_file_io.h"
 
 namespace obscura::cli {
 namespace {
@@ -56,7 +56,9 @@ int study(const StudyArguments& a) {
   Console console(a.quiet);
   if (!a.quiet) {
     const bool terminal = isatty(2) != 0;
-    settings.tell = [terminal](const std::string& line) { fmt::print(stderr, "{}{}\n", terminal ? "\r\x1b[K" : "", line); };
+    settings.tell = [terminal](const std::string& line) {
+      fmt::print(stderr, "{}{}\n", terminal ? "\r\x1b[K" : "", line);
+    };
   }
   const auto threads = static_cast<std::size_t>(a.threads > 0 ? a.threads : tbb::this_task_arena::max_concurrency());
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
@@ -75,7 +77,8 @@ int study(const StudyArguments& a) {
   std::fflush(stdout);
   print_warnings(result.warnings);
   if (!a.quiet) {
-    for (const Output& output : outputs) fmt::print(stderr, "{}{}\n", result.partial ? "partial: " : "", output.file.string());
+    for (const Output& output : outputs)
+      fmt::print(stderr, "{}{}\n", result.partial ? "partial: " : "", output.file.string());
   }
   return kDone;
 }
@@ -83,28 +86,42 @@ int study(const StudyArguments& a) {
 }  // namespace
 
 Command add_study(CLI::App& program) {
-  CLI::App* app = program.add_subcommand("study", "What accuracy costs: error of every method against time and memory, for one scene on this machine");
+  CLI::App* app = program.add_subcommand(
+      "study", "What accuracy costs: error of every method against time and memory, for one scene on this machine");
   const auto a = std::make_shared<StudyArguments>();
   app->add_option("scene", a->scene, "Scene file")->required()->type_name("SCENE");
-  app->add_option("-o,--output", a->page, "Page to write, with plots and pictures; beside it the numbers, ending in .json and .csv")
-      ->required()->type_name("STUDY.html");
+  app->add_option("-o,--output", a->page,
+                  "Page to write, with plots and pictures; beside it the numbers, ending in .json and .csv")
+      ->required()
+      ->type_name("STUDY.html");
   app->add_option("--plot", a->plot, "Write error against time as a picture too")->type_name("PLOT.svg");
   app->add_flag("--markdown", a->markdown, "Print the settings to use as a table in Markdown");
   app->add_flag("-f,--force", a->force, "Replace outputs that exist");
   app->add_flag("--quiet", a->quiet, "No progress; the table, warnings and errors stay");
 
   const char* const how = "How";
-  app->add_option("--budget", a->budget, "Time to spend: seconds, or 30s, 5min; default 5min")->type_name("S")->group(how);
+  app->add_option("--budget", a->budget, "Time to spend: seconds, or 30s, 5min; default 5min")
+      ->type_name("S")
+      ->group(how);
   app->add_option("--pixels", a->pixels, "Longest side of the picture, which is made smaller for the study; default 64")
-      ->type_name("N")->check(CLI::Range(4, 4096))->group(how);
+      ->type_name("N")
+      ->check(CLI::Range(4, 4096))
+      ->group(how);
   app->add_option("--seed", a->seed, "Seed of all random numbers")->type_name("N")->group(how);
   app->add_option("--set", a->set, "Change any value of the scene, e.g. /sensor/fov_deg=5; may be repeated")
-      ->type_name("/POINTER=VALUE")->type_size(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
-      ->allow_extra_args(false)->group(how);
-  app->add_option("--threads", a->threads, "Threads; default: all")->type_name("N")->check(CLI::Range(1, 4096))->group(how);
+      ->type_name("/POINTER=VALUE")
+      ->type_size(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->allow_extra_args(false)
+      ->group(how);
+  app->add_option("--threads", a->threads, "Threads; default: all")
+      ->type_name("N")
+      ->check(CLI::Range(1, 4096))
+      ->group(how);
   app->footer(
       "Error: RMS over pixels of the difference from a long reference, over the radiance or 5 % of its largest; the\n"
-      "reference's own error is taken off. Every setting runs twice with random numbers of its own, so that bias and noise\n"
+      "reference's own error is taken off. Every setting runs twice with random numbers of its own, so that bias and "
+      "noise\n"
       "come apart. Ctrl-C writes what there is.\n\n"
       "Examples:\n"
       "  obscura study smoke.json -o smoke_study.html\n"

@@ -1,10 +1,4 @@
 // obscura verify: photon map, path tracer and discrete ordinates on the same scenes, and whether they agree.
-#include "commands.h"
-#include "console.h"
-#include "edits.h"
-#include "quantities.h"
-#include "scene/scene_io.h"
-#include "scene/scene_words.h"
 #include "scene/verify.h"
 
 #include <fmt/format.h>
@@ -15,6 +9,13 @@
 #include <chrono>
 #include <cstdio>
 #include <memory>
+
+#include "commands.h"
+#include "console.h"
+#include "edits.h"
+#include "quantities.h"
+#include "scene/scene_io.h"
+#include "scene/scene_words.h"
 
 namespace obscura::cli {
 namespace {
@@ -42,7 +43,8 @@ std::vector<std::string> case_names() {
 const VerifyCase& find_case(const std::string& name, const char* option) {
   const auto& cases = verify_cases();
   const auto found = std::find_if(cases.begin(), cases.end(), [&](const VerifyCase& c) { return c.name == name; });
-  if (found == cases.end()) throw InputError(option, fmt::format("there is no case \"{}\"", name), detail::suggest(name, case_names()));
+  if (found == cases.end())
+    throw InputError(option, fmt::format("there is no case \"{}\"", name), detail::suggest(name, case_names()));
   return *found;
 }
 
@@ -125,8 +127,8 @@ int verify(const VerifyArguments& a) {
   std::fflush(stdout);
   const bool stopped = scenes.size() < jobs.size() || console.progress().cancelled();
   if (!a.json && failures == 0 && !stopped) {
-    fmt::print("all agree: {} comparisons in {} scene{}, {}\n", comparisons, scenes.size(), scenes.size() == 1 ? "" : "s",
-               duration_text(seconds));
+    fmt::print("all agree: {} comparisons in {} scene{}, {}\n", comparisons, scenes.size(),
+               scenes.size() == 1 ? "" : "s", duration_text(seconds));
   }
   if (!a.report.empty() && !a.quiet) fmt::print(stderr, "{}\n", a.report);
   if (failures > 0) throw NumericalError("verify", fmt::format("{} of {} comparisons fail", failures, comparisons));
@@ -141,9 +143,13 @@ Command add_verify(CLI::App& program) {
       "verify", "Solve scenes by photon map, path tracer and discrete ordinates, and compare within their errors");
   const auto a = std::make_shared<VerifyArguments>();
   app->add_option("scene", a->scene, "Scene file; without it the built-in cases are run")->type_name("SCENE");
-  app->add_option("-o,--output", a->report, "Report to write: pictures side by side, differences, the table")->type_name("REPORT.html");
+  app->add_option("-o,--output", a->report, "Report to write: pictures side by side, differences, the table")
+      ->type_name("REPORT.html");
   app->add_option("--case", a->cases, "Run this built-in case only; may be repeated")
-      ->type_name("NAME")->type_size(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)->allow_extra_args(false);
+      ->type_name("NAME")
+      ->type_size(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->allow_extra_args(false);
   app->add_flag("--list", a->list, "List the built-in cases");
   app->add_option("--print", a->print, "Print a built-in case as a scene file")->type_name("NAME");
   app->add_flag("--json", a->json, "JSON in place of the table");
@@ -151,18 +157,32 @@ Command add_verify(CLI::App& program) {
   app->add_flag("--quiet", a->quiet, "No progress; the table and errors stay");
 
   const char* const how = "How";
-  app->add_option("--passes", a->passes, "Independent repetitions of photon map and path tracer, each with the scene's settings; default 4")
-      ->type_name("N")->check(CLI::Range(1, 1000))->group(how);
-  app->add_option("--pixels", a->pixels, "Longest side of a user's picture, which is made smaller for the comparison; default 48")
-      ->type_name("N")->check(CLI::Range(1, 4096))->group(how);
-  app->add_option("--resolution", a->resolution, "Difference of two means that has to be seen in 99.9 % of cases: 0.03 or 3%; weaker comparisons fail. Default: as each built-in case states, none for a scene")
-      ->type_name("E")->group(how);
+  app->add_option("--passes", a->passes,
+                  "Independent repetitions of photon map and path tracer, each with the scene's settings; default 4")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1000))
+      ->group(how);
+  app->add_option("--pixels", a->pixels,
+                  "Longest side of a user's picture, which is made smaller for the comparison; default 48")
+      ->type_name("N")
+      ->check(CLI::Range(1, 4096))
+      ->group(how);
+  app->add_option("--resolution", a->resolution,
+                  "Difference of two means that has to be seen in 99.9 % of cases: 0.03 or 3%; weaker comparisons "
+                  "fail. Default: as each built-in case states, none for a scene")
+      ->type_name("E")
+      ->group(how);
   app->add_option("--seed", a->seed, "Seed of all random numbers")->type_name("N")->group(how);
   app->add_option("--set", a->set, "Change any value of the scene, e.g. /render/photons=1e6; may be repeated")
-      ->type_name("/POINTER=VALUE")->type_size(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
-      ->allow_extra_args(false)->group(how);
+      ->type_name("/POINTER=VALUE")
+      ->type_size(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->allow_extra_args(false)
+      ->group(how);
   app->add_option("--threads", a->threads, "Threads; default: all. Results do not depend on it")
-      ->type_name("N")->check(CLI::Range(1, 4096))->group(how);
+      ->type_name("N")
+      ->check(CLI::Range(1, 4096))
+      ->group(how);
   app->footer(
       "A number has its standard error in per cent behind it; a difference, how many standard errors it is.\n"
       "Exit codes: 0 all agree, 4 methods differ (the last lines say which), 2 bad input.\n\n"

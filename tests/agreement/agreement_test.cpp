@@ -1,7 +1,6 @@
 // Photon map, path tracer and discrete ordinates on clouds that no formula knows: pixel by pixel, and in
 // means, fluence and flux, within what each says of its own error.
 #include <catch2/catch.hpp>
-
 #include <fstream>
 
 #include "scene/scene_io.h"
@@ -50,10 +49,12 @@ std::string puffs(double albedo) {
   return R"({"obscura": 1, "bands": [{"name": "grey"}],
     "clouds": [{"puffs": {"sources": [{"position_m": [0, 0, 0], "mass_g": 300, "burn_s": 12}], "wind_m_s": [0.8, 0.1, 0],
                           "turbulence": 0.3, "age_s": 10, "voxel_m": 0.5, "seed": 3},
-                "media": [{"density": "density", "extinction": 3, "albedo": )" + std::to_string(albedo) + R"(,
+                "media": [{"density": "density", "extinction": 3, "albedo": )" +
+         std::to_string(albedo) + R"(,
                            "phase": {"type": "henyey_greenstein", "g": 0.5}}], "source": 0.8}],
     "environment": {"sky": {"radiance": 0.4}, "sun": {"toward": [0.4, -0.5, 0.7], "irradiance": 2}},
-    "sensor": {"position_m": [4, -30, 4], "look_at_m": [4, 0, 2], "fov_deg": 35, )" + kSensor;
+    "sensor": {"position_m": [4, -30, 4], "look_at_m": [4, 0, 2], "fov_deg": 35, )" +
+         kSensor;
 }
 
 }  // namespace
@@ -70,11 +71,13 @@ TEST_CASE("three methods agree on a periodic field of cumulus", "[agreement][ric
   const auto file = shared_file("data/les_rico_jpl/rico32x37x26.txt");
   if (file.empty()) return;
   const std::string scene = R"({"obscura": 1, "bands": [{"name": "grey"}],
-    "clouds": [{"grid": {"file": ")" + file.string() + R"("},
+    "clouds": [{"grid": {"file": ")" +
+                            file.string() + R"("},
                 "media": [{"density": "lwc", "extinction": 0.1, "albedo": 0.99, "phase": {"type": "henyey_greenstein", "g": 0.7}}],
                 "periodic": ["x", "y"]}],
     "environment": {"sky": {"radiance": 0.1}, "sun": {"zenith_deg": 30, "azimuth_deg": 200, "irradiance": 3}},
-    "sensor": {"position_m": [300, -1500, 4000], "look_at_m": [320, 370, 900], "fov_deg": 40, )" + std::string(kSensor);
+    "sensor": {"position_m": [300, -1500, 4000], "look_at_m": [320, 370, 900], "fov_deg": 40, )" +
+                            std::string(kSensor);
   // Cells of ordinates are the field's own voxels, of some mean free paths: their error lets 10 % be seen.
   check(verify_scene(parse_scene(scene, "."), {.resolution = 0.2}));
 }
@@ -101,6 +104,7 @@ TEST_CASE("three methods agree on a rough cloud with voids and a warm box inside
                  "place": {"translate_m": [1.6, 1.2, 1.6]}}],
     "materials": {"paint": {"emissivity": 0.6}},
     "environment": {"sky": {"radiance": 0.5}, "sun": {"toward": [0.3, -0.5, 0.8], "irradiance": 2}},
-    "sensor": {"position_m": [1.6, -6, 3], "look_at_m": [1.6, 1.6, 1.5], "fov_deg": 36, )" + std::string(kSensor);
+    "sensor": {"position_m": [1.6, -6, 3], "look_at_m": [1.6, 1.6, 1.5], "fov_deg": 36, )" +
+                            std::string(kSensor);
   check(verify_scene(parse_scene(scene, folder.path()), {.resolution = 0.05}));
 }

@@ -1,6 +1,6 @@
-// Adaptive sampling against uniform sampling on three scenes that are made here: a vehicle at 2 km over terrain, mirrors
-// with facets, smoke before a wire fence. What does not reflect like a mirror is black: every ray is exact, and the
-// picture alone is sampled. Every row is printed, won or lost; sensor/METHODS.md says what the columns are.
+// Adaptive sampling against uniform sampling on three scenes that are made here: a vehicle at 2 km over terrain,
+// mirrors with facets, smoke before a wire fence. What does not reflect like a mirror is black: every ray is exact, and
+// the picture alone is sampled. Every row is printed, won or lost; sensor/METHODS.md says what the columns are.
 //
 //   adaptive_bench [--columns 128] [--seeds 8] [--passes 3] [--only vehicle|mirrors|fence] [--pictures FOLDER]
 #include <fmt/format.h>
@@ -67,7 +67,8 @@ void prism(Mesh& mesh, const Vec3d& a, const Vec3d& b, double radius, int n) {
 void ball(Mesh& mesh, const Vec3d& centre, double radius, int n) {
   const auto at = [&](int i, int j) {
     const double angle = kPi * i / n, polar = kPi * j / n;
-    return centre + radius * Vec3d(std::sin(polar) * std::cos(angle), std::sin(polar) * std::sin(angle), std::cos(polar));
+    return centre +
+           radius * Vec3d(std::sin(polar) * std::cos(angle), std::sin(polar) * std::sin(angle), std::cos(polar));
   };
   for (int i = 0; i < 2 * n; ++i) {
     for (int j = 0; j < n; ++j) quad(mesh, at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j));
@@ -79,9 +80,7 @@ struct Scene {
   WorldContents contents;
   CameraSettings camera;
 
-  explicit Scene(std::string called) : name(std::move(called)) {
-    contents.bands.emplace_back("LWIR", 8.0, 12.0);
-  }
+  explicit Scene(std::string called) : name(std::move(called)) { contents.bands.emplace_back("LWIR", 8.0, 12.0); }
   int material(double emissivity, double specular = 0) {
     Material made;
     made.emissivity = {emissivity};
@@ -115,7 +114,8 @@ Scene vehicle(const Options& options) {
   scene.contents.atmosphere = Atmosphere{{1e-4}, {scene.planck(283)}};
   const auto height = [](double x, double y) {
     const double far = std::max(0.0, (y - 2050) / 1000);
-    return 6 * std::sin(x / 90 + 0.7) * std::cos(y / 130) + 2 * std::sin(x / 31) * std::sin(y / 23 + 1) + 40 * far * far;
+    return 6 * std::sin(x / 90 + 0.7) * std::cos(y / 130) + 2 * std::sin(x / 31) * std::sin(y / 23 + 1) +
+           40 * far * far;
   };
   Mesh ground;
   constexpr std::uint32_t columns = 120, rows = 340;
@@ -205,7 +205,8 @@ Scene fence(const Options& options) {
   constexpr double voxel = 0.05;
   const auto density = [](int i, int j, int k) {
     const double x = (i + 0.5) * voxel - 2.6, d = (j + 0.5) * voxel - 3.2, z = (k + 0.5) * voxel;
-    const double drift = x + 0.5 * z, width = 0.5 + 0.16 * z, lumps = 1 + 0.6 * std::sin(3 * x + z) * std::sin(2.3 * z + 1.7 * d);
+    const double drift = x + 0.5 * z, width = 0.5 + 0.16 * z,
+                 lumps = 1 + 0.6 * std::sin(3 * x + z) * std::sin(2.3 * z + 1.7 * d);
     return std::exp(-0.5 * (drift * drift + d * d) / (width * width)) * lumps * std::exp(-z / 6);
   };
   VoxelStream stream;
@@ -299,7 +300,8 @@ struct Reference {
 
 Reference converge(const World& world, const Camera& camera, int passes) {
   std::vector<Picture> all;
-  for (int i = 0; i < passes; ++i) all.push_back(draw(world, camera, kReference, false, 1000 + static_cast<std::uint64_t>(i)));
+  for (int i = 0; i < passes; ++i)
+    all.push_back(draw(world, camera, kReference, false, 1000 + static_cast<std::uint64_t>(i)));
   Reference reference;
   reference.radiance.resize(all[0].radiance.size());
   Moments means;
@@ -338,8 +340,8 @@ void measure(Scene scene, const Options& options) {
   const Camera camera(scene.camera);
   const World world(std::move(scene.contents));
   const Reference reference = converge(world, camera, options.passes);
-  fmt::print(stderr, "{}: mean {:.6f} +- {:.1e}, image error of the reference {:.1e}\n", name, reference.mean, reference.standard_error,
-             reference.image_error);
+  fmt::print(stderr, "{}: mean {:.6f} +- {:.1e}, image error of the reference {:.1e}\n", name, reference.mean,
+             reference.standard_error, reference.image_error);
   std::vector<double> rays, errors, seconds;
   for (const int n : kUniform) {
     const Picture picture = draw(world, camera, n, false, 500);
@@ -363,7 +365,8 @@ void measure(Scene scene, const Options& options) {
       all.add(picture.rays);
       deciding.add(picture.deciding);
       time.add(picture.seconds);
-      const double z = (picture.mean.mean - reference.mean) / std::hypot(picture.mean.standard_error, reference.standard_error);
+      const double z =
+          (picture.mean.mean - reference.mean) / std::hypot(picture.mean.standard_error, reference.standard_error);
       if (std::abs(z) > std::abs(worst)) worst = z;
       const std::vector<double> off = reference.errors(picture.radiance);
       for (std::size_t p = 0; p < off.size(); ++p) variance[p] += off[p] * off[p] / options.seeds;
@@ -380,9 +383,11 @@ void measure(Scene scene, const Options& options) {
     const double equal_error = std::sqrt(equal_squares.mean());
     const double needed = rays_for(error, rays, errors);
     const double per_ray = seconds.back() / rays.back();
-    fmt::print("| {} | {} | {:.2f} | {:.2f} | {:.2e} | {:.2e} | {:.2f} | {:.0f} | {:.1f} | {:.1f} | {:.2f} | {:+.1f} | {:+.1f} |\n", name, most, all.mean(),
-               deciding.mean(), error, equal_error, error / equal_error, needed, needed / all.mean(), time.mean() / equal_time.mean(),
-               time.mean() / (needed * per_ray), z, worst);
+    fmt::print(
+        "| {} | {} | {:.2f} | {:.2f} | {:.2e} | {:.2e} | {:.2f} | {:.0f} | {:.1f} | {:.1f} | {:.2f} | {:+.1f} | "
+        "{:+.1f} |\n",
+        name, most, all.mean(), deciding.mean(), error, equal_error, error / equal_error, needed, needed / all.mean(),
+        time.mean() / equal_time.mean(), time.mean() / (needed * per_ray), z, worst);
     std::fflush(stdout);
     // Where the rays went, and where the error is.
     std::vector<double> by_rays(12), pixels(12);
@@ -395,11 +400,13 @@ void measure(Scene scene, const Options& options) {
     }
     for (std::size_t c = 0; c < 12; ++c) {
       if (pixels[c] == 0) continue;
-      fmt::print(stderr, "    {}: {:.0f} pixels, {} more rays, {:.1f} % of the squared error\n", obscura::name(static_cast<Criterion>(c)), pixels[c],
-                 picture.counts.asked[c], 100 * by_rays[c] / (error * error * static_cast<double>(variance.size())));
+      fmt::print(stderr, "    {}: {:.0f} pixels, {} more rays, {:.1f} % of the squared error\n",
+                 obscura::name(static_cast<Criterion>(c)), pixels[c], picture.counts.asked[c],
+                 100 * by_rays[c] / (error * error * static_cast<double>(variance.size())));
     }
     if (options.pictures.empty()) continue;
-    std::vector<double> root, count(picture.rays_of.begin(), picture.rays_of.end()), why(picture.criterion.begin(), picture.criterion.end());
+    std::vector<double> root, count(picture.rays_of.begin(), picture.rays_of.end()),
+        why(picture.criterion.begin(), picture.criterion.end());
     for (const double v : variance) root.push_back(std::sqrt(v));
     const std::string prefix = fmt::format("{}_{}", stem, most);
     save(prefix + "_error.pgm", options.columns, root, 0, 8 * error);
@@ -421,8 +428,11 @@ int main(int argc, char** argv) {
     if (key == "--pictures") options.pictures = argv[i + 1];
   }
   const auto wanted = [&](const char* name) { return options.only.empty() || options.only == name; };
-  fmt::print("| scene | max_oversampling | rays a pixel | of these deciding | image error | of as many uniform rays | ratio | uniform rays for equal error | "
-             "over adaptive ones | CPU time over that of as many uniform rays | over that of equal error | z of the mean of all seeds | largest z of one image |\n");
+  fmt::print(
+      "| scene | max_oversampling | rays a pixel | of these deciding | image error | of as many uniform rays | ratio | "
+      "uniform rays for equal error | "
+      "over adaptive ones | CPU time over that of as many uniform rays | over that of equal error | z of the mean of "
+      "all seeds | largest z of one image |\n");
   fmt::print("|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   if (wanted("vehicle")) measure(vehicle(options), options);
   if (wanted("mirrors")) measure(mirrors(options), options);

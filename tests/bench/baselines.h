@@ -106,7 +106,11 @@ class NanoWalk {
 /// Optical depth through a dense array, x fastest.
 class DenseWalk {
  public:
-  DenseWalk(Vec3i low, Vec3i size) : low_(low), size_(size), values_(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z)) {}
+  DenseWalk(Vec3i low, Vec3i size)
+      : low_(low),
+        size_(size),
+        values_(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) *
+                static_cast<std::size_t>(size.z)) {}
 
   float& value(const Vec3i& v) { return values_[index(v.x - low_.x, v.y - low_.y, v.z - low_.z)]; }
   std::size_t bytes() const { return values_.size() * sizeof(float); }
@@ -143,7 +147,9 @@ class DenseWalk {
 
  private:
   std::size_t index(int x, int y, int z) const {
-    return (static_cast<std::size_t>(z) * static_cast<std::size_t>(size_.y) + static_cast<std::size_t>(y)) * static_cast<std::size_t>(size_.x) + static_cast<std::size_t>(x);
+    return (static_cast<std::size_t>(z) * static_cast<std::size_t>(size_.y) + static_cast<std::size_t>(y)) *
+               static_cast<std::size_t>(size_.x) +
+           static_cast<std::size_t>(x);
   }
   Vec3i low_, size_;
   std::vector<float> values_;

@@ -1,6 +1,6 @@
-// What effects that are off cost: instructions of the program on scenes that lack them against minimal loops, written by
-// hand, that have never heard of them but use the same walks, ray queries and random numbers. tests/bench/effects.sh runs
-// it under callgrind and prints the table; alone it prints ratios of CPU time.
+// What effects that are off cost: instructions of the program on scenes that lack them against minimal loops, written
+// by hand, that have never heard of them but use the same walks, ray queries and random numbers. tests/bench/effects.sh
+// runs it under callgrind and prints the table; alone it prints ratios of CPU time.
 #include <tbb/global_control.h>
 
 #include <cstdio>
@@ -181,7 +181,8 @@ Radiances absorption(const World& world, const std::vector<Ray>& rays, double so
   return [&rays, source, depths = Depths(world)](std::vector<double>& radiance) mutable {
     const std::span<const double> depth = depths(rays);
     if (source > 0) {
-      for (std::size_t i = 0; i < rays.size(); ++i) radiance[i] = std::exp(-depth[i]) * kSky + source * one_minus_exp(depth[i]);
+      for (std::size_t i = 0; i < rays.size(); ++i)
+        radiance[i] = std::exp(-depth[i]) * kSky + source * one_minus_exp(depth[i]);
     } else {
       for (std::size_t i = 0; i < rays.size(); ++i) radiance[i] = std::exp(-depth[i]) * kSky;
     }
@@ -223,7 +224,8 @@ Radiances surfaces_only(const World& world, const std::vector<Ray>& rays) {
 
 /// Clouds before surfaces, in clear air.
 Radiances cloud_and_surfaces(const World& world, const std::vector<Ray>& rays) {
-  return [&world, &rays, depths = Depths(world), ends = rays, behind = std::vector<double>(kRays)](std::vector<double>& radiance) mutable {
+  return [&world, &rays, depths = Depths(world), ends = rays,
+          behind = std::vector<double>(kRays)](std::vector<double>& radiance) mutable {
     for (std::size_t i = 0; i < rays.size(); ++i) {
       const SurfaceHit hit = world.surfaces().intersect(rays[i]);
       ends[i].t_max = hit.t;
@@ -234,7 +236,8 @@ Radiances cloud_and_surfaces(const World& world, const std::vector<Ray>& rays) {
       }
     }
     const std::span<const double> depth = depths(ends);
-    for (std::size_t i = 0; i < rays.size(); ++i) radiance[i] = std::exp(-depth[i]) * behind[i] + kSource * one_minus_exp(depth[i]);
+    for (std::size_t i = 0; i < rays.size(); ++i)
+      radiance[i] = std::exp(-depth[i]) * behind[i] + kSource * one_minus_exp(depth[i]);
   };
 }
 
@@ -280,7 +283,8 @@ Radiances single_scattering(const World& world, const std::vector<Ray>& rays, in
         if (!ends[p].collided) continue;
         const Ray& ray = some[owners[p]];
         // The batched walk is too coarse for the shortest.
-        if (ends[p].t - own[p].ray.t_min < near) ends[p] = free_path(octree, own[p].ray, extinction, own[p].target_depth);
+        if (ends[p].t - own[p].ray.t_min < near)
+          ends[p] = free_path(octree, own[p].ray, extinction, own[p].target_depth);
         lights.push_back(weights[p] * phase.value(toward.dot(ray.direction)));
         shadows.push_back({ray.at(ends[p].t), toward, 0, kInfinity});
         owners[kept++] = owners[p];
@@ -292,7 +296,8 @@ Radiances single_scattering(const World& world, const std::vector<Ray>& rays, in
 }
 
 /// Photons of a parallel sun in one cloud: collisions beyond the first are stored.
-std::vector<Photon> minimal_photons(const World& world, const PhotonEmitter& emitter, std::uint64_t photons, double& absorbed) {
+std::vector<Photon> minimal_photons(const World& world, const PhotonEmitter& emitter, std::uint64_t photons,
+                                    double& absorbed) {
   struct History {
     Vec3d position, direction;
     double power;
@@ -324,7 +329,8 @@ std::vector<Photon> minimal_photons(const World& world, const PhotonEmitter& emi
       while (!active.empty()) {
         flights.clear();
         for (History& h : active) {
-          flights.push_back({transform_ray(to_index, {h.position, h.direction, 0, kInfinity}), -std::log(h.stream.uniform())});
+          flights.push_back(
+              {transform_ray(to_index, {h.position, h.direction, 0, kInfinity}), -std::log(h.stream.uniform())});
         }
         ends.resize(flights.size());
         free_paths(octree, flights, extinction, ends);
@@ -391,7 +397,8 @@ int main(int argc, char** argv) {
   }
   {
     const World world(grey(true, 0, kSource));
-    bench.compare("b1 absorption and emission, one temperature", kRays, 1e-12, Program(world, rays), absorption(world, rays, kSource));
+    bench.compare("b1 absorption and emission, one temperature", kRays, 1e-12, Program(world, rays),
+                  absorption(world, rays, kSource));
   }
   {
     WorldContents contents;
@@ -401,7 +408,8 @@ int main(int argc, char** argv) {
     contents.clouds.back().temperature.channel = 1;
     const World world(std::move(contents));
     const PlanckTable planck(world.bands()[0], 0, 270, 490);
-    bench.compare("b2 absorption and emission, temperatures", kRays, 1e-4, Program(world, rays), varying_temperature(world, rays, planck));
+    bench.compare("b2 absorption and emission, temperatures", kRays, 1e-4, Program(world, rays),
+                  varying_temperature(world, rays, planck));
   }
   {
     WorldContents contents = grey(false, 0, 0);
@@ -431,18 +439,20 @@ int main(int argc, char** argv) {
       std::fill(radiance.begin(), radiance.end(), 0.0);
       radiance[0] = static_cast<double>(photons.size());
     };
-    bench.compare("e  photons of a sun, no surfaces", static_cast<double>(settings.photons), 1e-3,
-                  [&](std::vector<double>& radiance) { spread(trace_photons(world, emitter, settings).photons, radiance); },
-                  [&](std::vector<double>& radiance) {
-                    double absorbed;
-                    spread(minimal_photons(world, emitter, settings.photons, absorbed), radiance);
-                  });
+    bench.compare(
+        "e  photons of a sun, no surfaces", static_cast<double>(settings.photons), 1e-3,
+        [&](std::vector<double>& radiance) { spread(trace_photons(world, emitter, settings).photons, radiance); },
+        [&](std::vector<double>& radiance) {
+          double absorbed;
+          spread(minimal_photons(world, emitter, settings.photons, absorbed), radiance);
+        });
   }
   {
     WorldContents contents = grey(true, 0, kSource);
     add_surfaces(contents);
     const World world(std::move(contents));
-    bench.compare("f  cloud before surfaces, no air", kRays, 1e-12, Program(world, rays), cloud_and_surfaces(world, rays));
+    bench.compare("f  cloud before surfaces, no air", kRays, 1e-12, Program(world, rays),
+                  cloud_and_surfaces(world, rays));
   }
   return bench.failed() ? 1 : 0;
 }

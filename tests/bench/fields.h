@@ -52,7 +52,10 @@ openvdb::FloatGrid::Ptr make_grid(int n, Possible&& possible, Value&& value) {
 /// Billows down to the voxel inside a ball: rough in every cell.
 inline openvdb::FloatGrid::Ptr rough_fractal(int n) {
   return make_grid(
-      n, [=](double x, double y, double z, double r) { return std::hypot(x - 0.5 * n, y - 0.5 * n, z - 0.5 * n) < kFractalRadius * n + r; },
+      n,
+      [=](double x, double y, double z, double r) {
+        return std::hypot(x - 0.5 * n, y - 0.5 * n, z - 0.5 * n) < kFractalRadius * n + r;
+      },
       [=](int x, int y, int z) { return fractal_density(n, x, y, z); });
 }
 
@@ -75,7 +78,8 @@ inline openvdb::FloatGrid::Ptr smooth_plume(int n) {
         double cx, cy, width;
         axis(z, cx, cy, width);
         const double q = ((x - cx) * (x - cx) + (y - cy) * (y - cy)) / (width * width);
-        return q < 9 ? static_cast<float>(1e-2 * n * n / (width * width) * (std::exp(-0.5 * q) - std::exp(-4.5))) : 0.0f;
+        return q < 9 ? static_cast<float>(1e-2 * n * n / (width * width) * (std::exp(-0.5 * q) - std::exp(-4.5)))
+                     : 0.0f;
       });
 }
 

@@ -68,7 +68,8 @@ std::vector<Ray> spot_rays(const Box3d& box, std::uint64_t spot, double width) {
   Stream random(5, spot, 0);
   const Vec3d size = box.max - box.min;
   const double x = random.uniform(), y = random.uniform(), z = random.uniform();
-  const double cosine = 2 * random.uniform() - 1, angle = 2 * kPi * random.uniform(), sine = std::sqrt(1 - cosine * cosine);
+  const double cosine = 2 * random.uniform() - 1, angle = 2 * kPi * random.uniform(),
+               sine = std::sqrt(1 - cosine * cosine);
   const Vec3d along(sine * std::cos(angle), sine * std::sin(angle), cosine);
   const Vec3d from = box.min + Vec3d(x * size.x, y * size.y, z * size.z) - 2 * size.length() * along;
   const auto [u, v] = orthonormal_basis(along);
@@ -133,7 +134,8 @@ void measure(const std::string& name, const openvdb::FloatGrid::Ptr& grid, const
     const Octree tree = build_octree(stream, lossless).first;
     const double weights[] = {1.0, 0.0};
     double thickest = 0;
-    for (std::uint64_t i = 0; i < 4000; ++i) thickest = std::max(thickest, optical_depth(tree, spot_rays(box, 1000000 + i, 0).front(), weights));
+    for (std::uint64_t i = 0; i < 4000; ++i)
+      thickest = std::max(thickest, optical_depth(tree, spot_rays(box, 1000000 + i, 0).front(), weights));
     cloud.media.front().extinction = {options.depth / thickest};
   }
   BuildSettings settings;
@@ -164,30 +166,30 @@ void measure(const std::string& name, const openvdb::FloatGrid::Ptr& grid, const
     for (int round = 0; round < options.rounds; ++round) {
       batch = std::min(batch, seconds([&] { world.optical_depths(0, rays, depths); }));
       fine = std::min(fine, seconds([&] {
-        for (std::size_t i = 0; i < n; ++i) light[i] = detail::light_along(world, 0, rays[i]);
-      }));
+                        for (std::size_t i = 0; i < n; ++i) light[i] = detail::light_along(world, 0, rays[i]);
+                      }));
       coarse = std::min(coarse, seconds([&] {
-        counts = {};
-        for (std::size_t i = 0; i < n; ++i) {
-          CoarseCells cells({width, 0}, options.tolerance, source);
-          coarse_light[i] = detail::light_along(world, 0, rays[i], &cells);
-          coarse_depths[i] = cells.depth();
-          counts += cells.counts();
-        }
-      }));
+                          counts = {};
+                          for (std::size_t i = 0; i < n; ++i) {
+                            CoarseCells cells({width, 0}, options.tolerance, source);
+                            coarse_light[i] = detail::light_along(world, 0, rays[i], &cells);
+                            coarse_depths[i] = cells.depth();
+                            counts += cells.counts();
+                          }
+                        }));
       coarse_depth = std::min(coarse_depth, seconds([&] {
-        double sum = 0;
-        for (const Ray& ray : rays) {
-          CoarseCells cells({width, 0}, options.tolerance, 0);
-          WorldWalk walk(world, 0, ray, &cells);
-          while (walk.next()) {
-            const double depth = walk.optics().extinction * (walk.end() - walk.begin());
-            cells.passed(depth, std::exp(-cells.depth() - depth));
-          }
-          sum += cells.depth();
-        }
-        if (sum < 0) fmt::print("negative\n");
-      }));
+                                double sum = 0;
+                                for (const Ray& ray : rays) {
+                                  CoarseCells cells({width, 0}, options.tolerance, 0);
+                                  WorldWalk walk(world, 0, ray, &cells);
+                                  while (walk.next()) {
+                                    const double depth = walk.optics().extinction * (walk.end() - walk.begin());
+                                    cells.passed(depth, std::exp(-cells.depth() - depth));
+                                  }
+                                  sum += cells.depth();
+                                }
+                                if (sum < 0) fmt::print("negative\n");
+                              }));
     }
     // The spots' means by squared spreads.
     double squares_error = 0;
@@ -215,10 +217,12 @@ void measure(const std::string& name, const openvdb::FloatGrid::Ptr& grid, const
       brightest = std::max(brightest, error);
     }
     const double r = static_cast<double>(n);
-    fmt::print("| {} | {} | {:.1f} | {:.1f} | {:.2f} | {:.1f} | {:.1e} | {:.1e} | {:.1e} .. {:.1e} | {:.1e} | {:.0f} | {:.0f} | {:.0f} | {:.0f} | {:.1f} | {:.1e} |\n",
-               name, width, segments / r, counts.segments / r, counts.coarse / r, counts.voxels / r, counts.error_bound, ray_error,
-               darkest, brightest, light_error, 1e-3 * r / batch, 1e-3 * r / (batch + fine), 1e-3 * r / coarse,
-               1e-3 * r / coarse_depth, squares_segments / r, squares_error);
+    fmt::print(
+        "| {} | {} | {:.1f} | {:.1f} | {:.2f} | {:.1f} | {:.1e} | {:.1e} | {:.1e} .. {:.1e} | {:.1e} | {:.0f} | {:.0f} "
+        "| {:.0f} | {:.0f} | {:.1f} | {:.1e} |\n",
+        name, width, segments / r, counts.segments / r, counts.coarse / r, counts.voxels / r, counts.error_bound,
+        ray_error, darkest, brightest, light_error, 1e-3 * r / batch, 1e-3 * r / (batch + fine), 1e-3 * r / coarse,
+        1e-3 * r / coarse_depth, squares_segments / r, squares_error);
   }
 }
 
@@ -239,9 +243,12 @@ int main(int argc, char** argv) {
   const std::filesystem::path data = BENCH_SHARED_DIR "/data";
   const std::string n = std::to_string(options.size);
   const auto wanted = [&](const std::string& name) { return options.only.empty() || options.only == name; };
-  fmt::print("| field | spot, voxels | segments | with footprint | coarse cells | voxels in them | bound | error of a ray's transmission | "
-             "of a spot's mean | of a ray's radiance / largest source | 1000 rays/s: depth, batch | depth and light, leaves | both, coarse | depth, coarse | "
-             "segments by half squared spreads | error of a spot's mean by them |\n");
+  fmt::print(
+      "| field | spot, voxels | segments | with footprint | coarse cells | voxels in them | bound | error of a ray's "
+      "transmission | "
+      "of a spot's mean | of a ray's radiance / largest source | 1000 rays/s: depth, batch | depth and light, leaves | "
+      "both, coarse | depth, coarse | "
+      "segments by half squared spreads | error of a spot's mean by them |\n");
   fmt::print("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   if (wanted("plume")) measure("plume" + n, smooth_plume(options.size), options);
   if (wanted("wdas")) measure("wdas", read_grid(data / "wdas_cloud_sixteenth/wdas_cloud_sixteenth.vdb"), options);

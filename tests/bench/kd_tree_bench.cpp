@@ -1,13 +1,8 @@
 // The kd-tree and the density estimate against nanoflann on the same photons: build, the 64 nearest of
 // query points that lie like the photons, and the whole estimate. Prints one table of ratios, each from
 // medians of runs that alternate.
-#include "photon/density.h"
-
-#include "octree/base/random.h"
-
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
-#include <nanoflann.hpp>
 #include <oneapi/tbb/global_control.h>
 
 #include <algorithm>
@@ -15,7 +10,11 @@
 #include <cmath>
 #include <cstdlib>
 #include <memory>
+#include <nanoflann.hpp>
 #include <vector>
+
+#include "octree/base/random.h"
+#include "photon/density.h"
 
 namespace {
 
@@ -50,16 +49,14 @@ std::vector<Photon> make_photons(int count, bool clustered) {
 struct Adaptor {
   std::vector<Photon> photons;
   std::size_t kdtree_get_point_count() const { return photons.size(); }
-  float kdtree_get_pt(std::size_t i, std::size_t axis) const {
-    return photons[i].position[static_cast<int>(axis)];
-  }
+  float kdtree_get_pt(std::size_t i, std::size_t axis) const { return photons[i].position[static_cast<int>(axis)]; }
   template <class Box>
   bool kdtree_get_bbox(Box&) const {
     return false;
   }
 };
-using Flann = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Adaptor>, Adaptor,
-                                                  3, std::uint32_t>;
+using Flann =
+    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Adaptor>, Adaptor, 3, std::uint32_t>;
 
 struct Case {
   int count;
@@ -78,8 +75,7 @@ const Case& get_case(int count, bool clustered) {
     Stream stream(7, i, 3);
     const auto pick = static_cast<std::size_t>(stream.uniform() * count);
     const float shift = 0.1f;
-    made->queries.push_back(made->photons[pick].position +
-                            Vec3f(shift * static_cast<float>(stream.uniform()), 0, 0));
+    made->queries.push_back(made->photons[pick].position + Vec3f(shift * static_cast<float>(stream.uniform()), 0, 0));
   }
   cases.push_back(std::move(made));
   return *cases.back();
@@ -130,8 +126,7 @@ double query_estimate(const PhotonMap& map, const Case& c, const Weight& weight)
 void print_table() {
   fmt::print("kd-tree against nanoflann {:#x}, medians of interleaved runs; ratio > 1: ours is faster\n",
              NANOFLANN_VERSION);
-  fmt::print("{:<12}{:>9}{:>28}{:>12}{:>12}{:>8}\n", "photons", "count", "what", "nanoflann", "ours",
-             "ratio");
+  fmt::print("{:<12}{:>9}{:>28}{:>12}{:>12}{:>8}\n", "photons", "count", "what", "nanoflann", "ours", "ratio");
   for (const bool clustered : {false, true}) {
     for (const int count : {100000, 1000000}) {
       const Case& c = get_case(count, clustered);
@@ -168,22 +163,19 @@ void print_table() {
         build_all.push_back(seconds([&] { KdTree tree(std::move(photons)); }));
         find_flann.push_back(seconds([&] { check += query_flann(flann, c); }));
         find_ours.push_back(seconds([&] { check -= query_ours(map.tree(), c); }));
-        whole.push_back(seconds([&] {
-          benchmark::DoNotOptimize(query_estimate(map, c, [](const Vec3d& w) { return 1 + w.x; }));
-        }));
+        whole.push_back(
+            seconds([&] { benchmark::DoNotOptimize(query_estimate(map, c, [](const Vec3d& w) { return 1 + w.x; })); }));
       }
       if (std::abs(check) > 1e-3) fmt::print("the distances differ by {}\n", check);
 
       const auto row = [&](const std::string& what, double flann_s, double ours_s, const char* unit) {
-        fmt::print("{:<12}{:>9}{:>28}{:>9.3g} {:<2}{:>9.3g} {:<2}{:>8.2f}\n",
-                   clustered ? "clustered" : "uniform", count, what, flann_s, unit, ours_s, unit,
-                   flann_s / ours_s);
+        fmt::print("{:<12}{:>9}{:>28}{:>9.3g} {:<2}{:>9.3g} {:<2}{:>8.2f}\n", clustered ? "clustered" : "uniform",
+                   count, what, flann_s, unit, ours_s, unit, flann_s / ours_s);
       };
       const double n = static_cast<double>(c.queries.size());
       row("build, one thread", 1e3 * median(build_flann), 1e3 * median(build_one), "ms");
       row("build, all threads", 1e3 * median(build_flann), 1e3 * median(build_all), "ms");
-      row(fmt::format("64 nearest (leaf {})", leaf), 1e6 * median(find_flann) / n,
-          1e6 * median(find_ours) / n, "us");
+      row(fmt::format("64 nearest (leaf {})", leaf), 1e6 * median(find_flann) / n, 1e6 * median(find_ours) / n, "us");
       row("(the whole estimate)", 1e6 * median(find_flann) / n, 1e6 * median(whole) / n, "us");
     }
   }

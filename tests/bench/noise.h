@@ -12,7 +12,8 @@ inline double value_noise(std::uint32_t seed, double x, double y, double z) {
   const double fx = std::floor(x), fy = std::floor(y), fz = std::floor(z);
   const auto corner = [&](int k) {
     std::uint32_t h = seed;
-    for (const int v : {static_cast<int>(fx) + (k & 1), static_cast<int>(fy) + (k >> 1 & 1), static_cast<int>(fz) + (k >> 2)}) {
+    for (const int v :
+         {static_cast<int>(fx) + (k & 1), static_cast<int>(fy) + (k >> 1 & 1), static_cast<int>(fz) + (k >> 2)}) {
       h = (h ^ static_cast<std::uint32_t>(v)) * 0x9E3779B1u;
       h ^= h >> 15;
       h *= 0x85EBCA77u;

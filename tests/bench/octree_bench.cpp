@@ -110,7 +110,8 @@ void measure(const std::string& name, const openvdb::FloatGrid::Ptr& grid, const
   // NanoVDB's trees, the dense array and the octrees of the same voxels.
   nanovdb::GridHandle<> nano = nanovdb::openToNanoVDB(*grid);
   const nanovdb::NanoGrid<float>& nano_grid = *nano.grid<float>();
-  const nanovdb::GridHandle<> nano8 = nanovdb::openToNanoVDB<nanovdb::HostBuffer, openvdb::FloatTree, nanovdb::Fp8>(*grid);
+  const nanovdb::GridHandle<> nano8 =
+      nanovdb::openToNanoVDB<nanovdb::HostBuffer, openvdb::FloatTree, nanovdb::Fp8>(*grid);
   BuildSettings settings;
   settings.tolerance = 0;
   const Octree lossless = build_octree(stream, settings).first;
@@ -157,7 +158,8 @@ void measure(const std::string& name, const openvdb::FloatGrid::Ptr& grid, const
     batch_error = std::max(batch_error, std::abs(depths[i] - exact[i]) / std::max(1e-5 * exact[i], 1e-6));
   }
   optical_depths(small, rays, weights, depths);
-  for (std::size_t i = 0; i < rays.size(); ++i) small_error = std::max(small_error, std::abs(std::exp(-depths[i]) - std::exp(-exact[i])));
+  for (std::size_t i = 0; i < rays.size(); ++i)
+    small_error = std::max(small_error, std::abs(std::exp(-depths[i]) - std::exp(-exact[i])));
 
   const auto each = [&](auto&& f) {
     return [&rays, f] {
@@ -166,30 +168,36 @@ void measure(const std::string& name, const openvdb::FloatGrid::Ptr& grid, const
       benchmark::DoNotOptimize(sum);
     };
   };
-  const std::vector<double> t = medians(
-      options.rounds,
-      {each([&](const Ray& r) { return nano_walk.depth(r); }), each([&](const Ray& r) { return dense.depth(r); }),
-       each([&](const Ray& r) { return optical_depth(lossless, r, one); }),
-       [&] { optical_depths(lossless, rays, weights, depths); },
-       each([&](const Ray& r) { return optical_depth(small, r, one); }),
-       [&] { optical_depths(small, rays, weights, depths); }});
+  const std::vector<double> t =
+      medians(options.rounds, {each([&](const Ray& r) { return nano_walk.depth(r); }),
+                               each([&](const Ray& r) { return dense.depth(r); }),
+                               each([&](const Ray& r) { return optical_depth(lossless, r, one); }),
+                               [&] { optical_depths(lossless, rays, weights, depths); },
+                               each([&](const Ray& r) { return optical_depth(small, r, one); }),
+                               [&] { optical_depths(small, rays, weights, depths); }});
 
   const OctreeStatistics a = lossless.statistics(), b = small.statistics();
   const double nano_bytes = static_cast<double>(nano.size()), fp8_bytes = static_cast<double>(nano8.size());
   const double dense_bytes = static_cast<double>(dense.bytes());
   const Vec3i extent = stream.bounds.max - stream.bounds.min;
   const double active = static_cast<double>(grid->activeVoxelCount()) / (dense_bytes / 4);
-  fmt::print("\n{}: {} x {} x {}, {:.1f} % active, {} bricks and {} uniform leaves ({} and {} at 1e-3)\n", name, extent.x,
-             extent.y, extent.z, 100 * active, a.bricks, a.uniform_blocks, b.bricks, b.uniform_blocks);
-  fmt::print("  rays/s: NanoVDB {:.0f}  dense {:.0f}  scalar {:.0f}  batch {:.0f}  1e-3: scalar {:.0f}  batch {:.0f}   ({} a voxel on NanoVDB, {})\n",
-             rays.size() / t[0], rays.size() / t[1], rays.size() / t[2], rays.size() / t[3], rays.size() / t[4],
-             rays.size() / t[5], fmt::format("{:.1f} ns", 1e9 * t[0] / length), batch_target());
-  fmt::print("  MiB: dense {:.2f}  NanoVDB {:.2f}  Fp8 {:.2f}  octree {:.2f}  at 1e-3 {:.2f} ({:.2f} bits a value, leaves", dense_bytes / 1048576,
-             nano_bytes / 1048576, fp8_bytes / 1048576, a.bytes / 1048576.0, b.bytes / 1048576.0, b.bits_per_value[0]);
+  fmt::print("\n{}: {} x {} x {}, {:.1f} % active, {} bricks and {} uniform leaves ({} and {} at 1e-3)\n", name,
+             extent.x, extent.y, extent.z, 100 * active, a.bricks, a.uniform_blocks, b.bricks, b.uniform_blocks);
+  fmt::print(
+      "  rays/s: NanoVDB {:.0f}  dense {:.0f}  scalar {:.0f}  batch {:.0f}  1e-3: scalar {:.0f}  batch {:.0f}   ({} a "
+      "voxel on NanoVDB, {})\n",
+      rays.size() / t[0], rays.size() / t[1], rays.size() / t[2], rays.size() / t[3], rays.size() / t[4],
+      rays.size() / t[5], fmt::format("{:.1f} ns", 1e9 * t[0] / length), batch_target());
+  fmt::print(
+      "  MiB: dense {:.2f}  NanoVDB {:.2f}  Fp8 {:.2f}  octree {:.2f}  at 1e-3 {:.2f} ({:.2f} bits a value, leaves",
+      dense_bytes / 1048576, nano_bytes / 1048576, fp8_bytes / 1048576, a.bytes / 1048576.0, b.bytes / 1048576.0,
+      b.bits_per_value[0]);
   for (const std::uint64_t n : b.leaves) fmt::print(" {}", n);
-  fmt::print(")\n  errors: depth NanoVDB {:.1e}, scalar {:.1e}, batch {:.2f} of 1e-5 relative or 1e-6; transmission at 1e-3 {:.2e} (builder {:.2e}, bound {:.2e}, merging {:.2f}, quantising {:.2f})\n",
-             nano_error, scalar_error, batch_error, small_error, report.error_measured, report.error_bound,
-             report.merged_share, report.quantised_share);
+  fmt::print(
+      ")\n  errors: depth NanoVDB {:.1e}, scalar {:.1e}, batch {:.2f} of 1e-5 relative or 1e-6; transmission at 1e-3 "
+      "{:.2e} (builder {:.2e}, bound {:.2e}, merging {:.2f}, quantising {:.2f})\n",
+      nano_error, scalar_error, batch_error, small_error, report.error_measured, report.error_bound,
+      report.merged_share, report.quantised_share);
 
   // Build: the conversion from VDB alone.
   const int build_rounds = std::max(1, options.rounds / 2);
@@ -202,8 +210,11 @@ void measure(const std::string& name, const openvdb::FloatGrid::Ptr& grid, const
   const double nano_peak = peak_mib([&] { nanovdb::openToNanoVDB(*grid); });
   const double our_peak = peak_mib([&] { build_octree(stream, none); });
   const double small_peak = peak_mib([&] { build_octree(stream, settings); });
-  fmt::print("  build ms: NanoVDB {:.1f}  Fp8 {:.1f}  octree {:.1f}  at 1e-3 {:.1f};  peak MiB beyond the VDB: NanoVDB {:.1f}  octree {:.1f}  at 1e-3 {:.1f};  process peak {:.0f} MiB\n",
-             1e3 * build[0], 1e3 * build[1], 1e3 * build[2], 1e3 * build[3], nano_peak, our_peak, small_peak, status_mib("VmHWM"));
+  fmt::print(
+      "  build ms: NanoVDB {:.1f}  Fp8 {:.1f}  octree {:.1f}  at 1e-3 {:.1f};  peak MiB beyond the VDB: NanoVDB {:.1f} "
+      " octree {:.1f}  at 1e-3 {:.1f};  process peak {:.0f} MiB\n",
+      1e3 * build[0], 1e3 * build[1], 1e3 * build[2], 1e3 * build[3], nano_peak, our_peak, small_peak,
+      status_mib("VmHWM"));
 
   row(name, "scalar walk, lossless / NanoVDB, rays a second", t[0] / t[2], 1.5, true);
   row(name, "batched walk, lossless / NanoVDB", t[0] / t[3], 5, true);
@@ -243,8 +254,11 @@ int main(int argc, char** argv) {
   if (wanted("plume" + n)) measure("plume" + n, smooth_plume(options.size), options, false);
   fmt::print("\n{:<10} {:<50} {:>9} {:>8}\n", "field", "ratio", "measured", "goal");
   for (const Row& r : rows) {
-    const char* verdict = r.goal == 0 ? "" : (r.more_is_better ? r.ratio >= r.goal : r.ratio <= r.goal) ? "met" : "MISSED";
-    fmt::print("{:<10} {:<50} {:>9.3g} {:>8} {}\n", r.name, r.what, r.ratio, r.goal == 0 ? "" : fmt::format("{:.3g}", r.goal), verdict);
+    const char* verdict = r.goal == 0                                                  ? ""
+                          : (r.more_is_better ? r.ratio >= r.goal : r.ratio <= r.goal) ? "met"
+                                                                                       : "MISSED";
+    fmt::print("{:<10} {:<50} {:>9.3g} {:>8} {}\n", r.name, r.what, r.ratio,
+               r.goal == 0 ? "" : fmt::format("{:.3g}", r.goal), verdict);
   }
   return 0;
 }

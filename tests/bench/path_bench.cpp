@@ -22,8 +22,8 @@ using namespace obscura::bench;
 
 namespace {
 
-constexpr int kSide = 64;     // pixels
-constexpr int kRays = 16;     // of a pixel and repeat
+constexpr int kSide = 64;  // pixels
+constexpr int kRays = 16;  // of a pixel and repeat
 constexpr int kRepeats = 8;
 constexpr double kAlbedo = 0.95, kG = 0.6, kSky = 0.3, kSun = 5;
 
@@ -83,7 +83,8 @@ class DeltaTracker {
 
  private:
   double at(const Vec3d& p) const {
-    return extinction_ * static_cast<double>(accessor_.getValue(nanovdb::Coord(nanovdb::Floor(p.x), nanovdb::Floor(p.y), nanovdb::Floor(p.z))));
+    return extinction_ * static_cast<double>(accessor_.getValue(
+                             nanovdb::Coord(nanovdb::Floor(p.x), nanovdb::Floor(p.y), nanovdb::Floor(p.z))));
   }
   std::pair<double, double> clip(const Vec3d& x, const Vec3d& d) const {
     double near = 0, far = kInfinity;
@@ -139,13 +140,15 @@ struct Repeats {
 
   double mean() const {
     double sum = 0;
-    for (const auto& image : images) for (const double value : image) sum += value;
+    for (const auto& image : images)
+      for (const double value : image) sum += value;
     return sum / static_cast<double>(images.size() * images[0].size());
   }
   /// Mean squared error of one image by the definition of the image error, from the scatter.
   double squared_error() const {
     std::vector<double> means(images[0].size());
-    for (const auto& image : images) for (std::size_t p = 0; p < image.size(); ++p) means[p] += image[p] / static_cast<double>(images.size());
+    for (const auto& image : images)
+      for (std::size_t p = 0; p < image.size(); ++p) means[p] += image[p] / static_cast<double>(images.size());
     const double top = *std::max_element(means.begin(), means.end());
     double sum = 0;
     for (const auto& image : images) {
@@ -159,12 +162,14 @@ struct Repeats {
 };
 
 void compare(const char* name, const openvdb::FloatGrid::Ptr& grid, double depth) {
-  const auto octree = std::make_shared<const Octree>(build_octree(grid_stream(grid), [] {
-                                                       BuildSettings settings;
-                                                       settings.tolerance = 0;
-                                                       settings.measure.optical_weight = {1};
-                                                       return settings;
-                                                     }()).first);
+  const auto octree = std::make_shared<const Octree>(build_octree(grid_stream(grid),
+                                                                  [] {
+                                                                    BuildSettings settings;
+                                                                    settings.tolerance = 0;
+                                                                    settings.measure.optical_weight = {1};
+                                                                    return settings;
+                                                                  }())
+                                                         .first);
   // The largest depth of lines along x through the middle's neighbourhood is the wished one.
   const Box3d box(Vec3d(octree->domain().min), Vec3d(octree->domain().max));
   const Vec3d middle = box.center();
@@ -236,10 +241,12 @@ void compare(const char* name, const openvdb::FloatGrid::Ptr& grid, double depth
 
 int main() {
   openvdb::initialize();
-  std::printf("mean, error in %%, seconds of paths | plain | weighted delta tracker | error^2 x time in units of the paths'\n");
+  std::printf(
+      "mean, error in %%, seconds of paths | plain | weighted delta tracker | error^2 x time in units of the paths'\n");
   for (const double depth : {0.5, 10.0, 40.0}) {
     compare("rough 128^3", rough_fractal(128), depth);
     compare("plume 128^3", smooth_plume(128), depth);
   }
-  if (const auto grid = read_grid(BENCH_SHARED_DIR "/data/wdas_cloud_sixteenth/wdas_cloud_sixteenth.vdb")) compare("wdas / 16", grid, 10);
+  if (const auto grid = read_grid(BENCH_SHARED_DIR "/data/wdas_cloud_sixteenth/wdas_cloud_sixteenth.vdb"))
+    compare("wdas / 16", grid, 10);
 }

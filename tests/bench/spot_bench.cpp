@@ -24,7 +24,8 @@ std::shared_ptr<const Mesh> terrain(std::uint32_t n, double rough) {
   return test::sheet_mesh(n, [=](std::uint32_t i, std::uint32_t j) {
     const double x = 2.0 * i / n - 1, y = 2.0 * j / n - 1;
     double z = 20 * std::sin(5 * x) * std::cos(4 * y);
-    for (double wave = 30, size = rough; wave < 3000; wave *= 2.7, size *= 0.42) z += size * std::sin(wave * x + 0.1 * z) * std::cos(wave * 1.1 * y);
+    for (double wave = 30, size = rough; wave < 3000; wave *= 2.7, size *= 0.42)
+      z += size * std::sin(wave * x + 0.1 * z) * std::cos(wave * 1.1 * y);
     return Vec3d(1000 * x, 1000 * y, z);
   });
 }
@@ -75,8 +76,9 @@ void measure(const char* what, std::shared_ptr<const Mesh> mesh) {
     }
     spots = std::min(spots, seconds_since(start) / (side * side));
   }
-  std::printf("%-22s %9zu %8.2f %8.1f %8.0f %8.0f %8.2f %9.1f %9.1f ", what, faces, build, faces ? double(bytes) / double(faces) : 0.0, 1e9 * rays, 1e9 * spots,
-              spots / rays, 100.0 * hits / (side * side), 100.0 * refined / (side * side));
+  std::printf("%-22s %9zu %8.2f %8.1f %8.0f %8.0f %8.2f %9.1f %9.1f ", what, faces, build,
+              faces ? double(bytes) / double(faces) : 0.0, 1e9 * rays, 1e9 * spots, spots / rays,
+              100.0 * hits / (side * side), 100.0 * refined / (side * side));
   for (std::size_t i = 1; i < kinds.size(); ++i) {
     if (kinds[i] > 0) std::printf(" %s %d", name(static_cast<Criterion>(i)), kinds[i]);
   }
@@ -88,7 +90,8 @@ void measure(const char* what, std::shared_ptr<const Mesh> mesh) {
 
 int main(int count, char** given) {
   const bool quick = count > 1 && std::string(given[1]) == "plane";
-  std::printf("%-22s %9s %8s %8s %8s %8s %8s %9s %9s\n", "scene", "faces", "index s", "B/face", "ns ray", "ns spot", "spot/ray", "hit %", "refined %");
+  std::printf("%-22s %9s %8s %8s %8s %8s %8s %9s %9s\n", "scene", "faces", "index s", "B/face", "ns ray", "ns spot",
+              "spot/ray", "hit %", "refined %");
   measure("empty", nullptr);
   measure("plane", terrain(1, 0));
   if (quick) return 0;

@@ -39,7 +39,8 @@ std::shared_ptr<const Mesh> terrain(std::uint32_t n) {
   return test::sheet_mesh(n, [n](std::uint32_t i, std::uint32_t j) {
     const double x = double(i) / n, y = double(j) / n;
     double z = 0, size = 0.05;
-    for (double wave = 9; wave < 3000; wave *= 2.7, size *= 0.42) z += size * std::sin(wave * x + 2 * z) * std::cos(wave * 1.1 * y);
+    for (double wave = 9; wave < 3000; wave *= 2.7, size *= 0.42)
+      z += size * std::sin(wave * x + 2 * z) * std::cos(wave * 1.1 * y);
     return Vec3d(x, y, z);
   });
 }
@@ -48,7 +49,8 @@ std::shared_ptr<const Mesh> terrain(std::uint32_t n) {
 
 int main() {
   constexpr int kRays = 1000000;
-  std::printf("%10s %10s %14s %12s %10s %12s\n", "triangles", "build s", "MiB with mesh", "ns per ray", "hits %", "of 10^3's");
+  std::printf("%10s %10s %14s %12s %10s %12s\n", "triangles", "build s", "MiB with mesh", "ns per ray", "hits %",
+              "of 10^3's");
   double first = 0;
   for (const std::uint32_t n : {22u, 71u, 224u, 707u, 2236u}) {
     const double before = resident_MiB();

@@ -1,12 +1,12 @@
 // What a second thread is worth: tracing and rendering with one thread and with all, in turn, as a ratio;
 // and by Amdahl's law the share of the work that is serial.
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <vector>
-
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
 
 #include "scene/scene_io.h"
 #include "scene/session.h"

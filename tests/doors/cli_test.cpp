@@ -1,17 +1,16 @@
-#include <catch2/catch.hpp>
-
-#include "../scene/full_scene.h"
-#include "../support/run_program.h"
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <fstream>
 #include <thread>
 
-#include <sys/wait.h>
-#include <unistd.h>
+#include "../scene/full_scene.h"
+#include "../support/run_program.h"
 
 using obscura::test::contains;
 using obscura::test::Json;
@@ -81,7 +80,8 @@ TEST_CASE("plan prints a table, or JSON and nothing else", "[doors][cli]") {
   const Said table = run_program(scene);
   INFO(table.err);
   CHECK(table.exit_code == 0);
-  for (const char* row : {"\nmultiple scattering", "\nmasking", "\nmethod  ", "\nbudget  image error 0.1 %"}) CHECK(contains(table.out, row));
+  for (const char* row : {"\nmultiple scattering", "\nmasking", "\nmethod  ", "\nbudget  image error 0.1 %"})
+    CHECK(contains(table.out, row));
   const Said json = run_program(scene + " --json");
   CHECK(json.exit_code == 0);
   CHECK(json.out.rfind("{\n  \"plan\": [", 0) == 0);
@@ -105,7 +105,8 @@ TEST_CASE("later commands and options are refused by name", "[doors][cli]") {
     CHECK(contains(said.err, std::string("\"") + command + "\" is not available yet"));
   }
   for (const char* option : {"--memory 100", "--method baked"}) {
-    const Said said = run_program("render '" + folder.file("scene.json") + "' -o '" + folder.file("a.exr") + "' " + option);
+    const Said said =
+        run_program("render '" + folder.file("scene.json") + "' -o '" + folder.file("a.exr") + "' " + option);
     INFO(option << said.err);
     CHECK(said.exit_code == 2);
     CHECK(contains(said.err, "not available yet"));
@@ -308,13 +309,15 @@ TEST_CASE("render and export write ENVI, counts and tables of pixels", "[doors][
                      folder.file("t.csv") + "' --line 0,0,7,5 --envi '" + folder.file("e.hdr") + "' --quantity counts");
   INFO(said.out << said.err);
   CHECK(said.exit_code == 0);
-  for (const char* name : {"a.exr", "a.json", "c.png", "c.mwir.png", "t.csv", "e.hdr", "e.img"}) CHECK(folder.has(name));
+  for (const char* name : {"a.exr", "a.json", "c.png", "c.mwir.png", "t.csv", "e.hdr", "e.img"})
+    CHECK(folder.has(name));
   CHECK(std::filesystem::file_size(folder.path() / "e.img") == 8 * 6 * 2 * 4);
   CHECK(contains(said.err, "the detector's range cuts"));  // 3 to 5 um has less than 10 W/m2/sr
   CHECK(Json::parse(std::ifstream(folder.file("a.json")))["detector"]["mwir"]["below_range"] == 48);
 
   const std::string other = "export '" + folder.file("a.exr") + "' ";
-  said = run_program(other + "--csv '" + folder.file("u.csv") + "' --region 1,2,3,4 --counts '" + folder.file("c.tif") + "'");
+  said = run_program(other + "--csv '" + folder.file("u.csv") + "' --region 1,2,3,4 --counts '" + folder.file("c.tif") +
+                     "'");
   INFO(said.out << said.err);
   CHECK(said.exit_code == 0);
   CHECK(folder.has("c.mwir.tif"));
@@ -348,7 +351,8 @@ TEST_CASE("Ctrl-C writes what there is, marked partial", "[doors][cli]") {
   if (child == 0) {
     // Enough photons to be caught at work.
     if (std::freopen(log.c_str(), "w", stderr) && std::freopen("/dev/null", "w", stdout)) {
-      execl(OBSCURA_PROGRAM, OBSCURA_PROGRAM, "render", scene.c_str(), "-o", image.c_str(), "--photons", "2e8", nullptr);
+      execl(OBSCURA_PROGRAM, OBSCURA_PROGRAM, "render", scene.c_str(), "-o", image.c_str(), "--photons", "2e8",
+            nullptr);
     }
     _exit(127);
   }
@@ -379,7 +383,8 @@ TEST_CASE("verify compares the methods on a user's scene and on cases by name", 
   Said said = run_program(scene + "-o '" + folder.file("a.html") + "'");
   INFO(said.out << said.err);
   CHECK(said.exit_code == 0);
-  for (const char* part : {"case", "photon", "path", "ordinates", "mean", "photon bias", "verdict", "seconds", "all agree: "}) {
+  for (const char* part :
+       {"case", "photon", "path", "ordinates", "mean", "photon bias", "verdict", "seconds", "all agree: "}) {
     CHECK(contains(said.out, part));
   }
   CHECK(folder.has("a.html"));
@@ -442,8 +447,8 @@ TEST_CASE("obscuration tells what a cloud hides, on stdout and as page, JSON and
     "sensor": {"position_m": [0, -10, 0], "look_at_m": [0, 0, 0], "resolution": [16, 12], "max_oversampling": 4},
     "render": {"photons": 1000}})");
   const std::string command = "obscuration '" + folder.file("hidden.json") + "' --replicas 3 ";
-  Said said = run_program(command + "--nedt 0.1 --threshold 10% -o '" + folder.file("p.html") + "' --json '" + folder.file("r.json") +
-                          "' --csv '" + folder.file("t.csv") + "'");
+  Said said = run_program(command + "--nedt 0.1 --threshold 10% -o '" + folder.file("p.html") + "' --json '" +
+                          folder.file("r.json") + "' --csv '" + folder.file("t.csv") + "'");
   INFO(said.err);
   CHECK(said.exit_code == 0);
   CHECK(contains(said.out, "truck:"));
@@ -479,7 +484,8 @@ TEST_CASE("study writes page, numbers and plot, keeps its budget and what exists
   const Folder folder("study");
   const std::string command = "study '" + folder.file("scene.json") + "' -o '" + folder.file("costs.html") + "' ";
   const auto begin = std::chrono::steady_clock::now();
-  Said said = run_program(command + "--budget 3s --plot '" + folder.file("costs.svg") + "' --set /sensor/resolution=[32,24] --pixels 16");
+  Said said = run_program(command + "--budget 3s --plot '" + folder.file("costs.svg") +
+                          "' --set /sensor/resolution=[32,24] --pixels 16");
   INFO(said.err);
   CHECK(said.exit_code == 0);
   CHECK(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() < 20);
@@ -490,7 +496,8 @@ TEST_CASE("study writes page, numbers and plot, keeps its budget and what exists
   CHECK(json["budget_s"] == 3);
   CHECK(json["runs"].size() > 3);
   CHECK(json["partial"] == false);
-  for (const char* name : {"costs.html", "costs.csv", "costs.svg"}) CHECK(std::filesystem::file_size(folder.file(name)) > 500);
+  for (const char* name : {"costs.html", "costs.csv", "costs.svg"})
+    CHECK(std::filesystem::file_size(folder.file(name)) > 500);
 
   said = run_program(command + "--budget 1s");
   CHECK(said.exit_code == 2);

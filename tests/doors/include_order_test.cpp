@@ -1,10 +1,10 @@
 // The folders are the layers: a file includes its own folder and those to its left, never to the
 // right; every header stands alone; big libraries stay behind the files that are named for them.
-#include <catch2/catch.hpp>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
+#include <catch2/catch.hpp>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -70,8 +70,7 @@ std::vector<std::string> wrong_includes(const Sources& sources) {
       if (included.starts_with("hwy/")) continue;  // Highway's own, quoted as its manual asks
       const std::string line = path + " includes " + included;
       // From the root, or beside the file that includes it.
-      const std::string beside =
-          (fs::path(path).parent_path() / included).lexically_normal().generic_string();
+      const std::string beside = (fs::path(path).parent_path() / included).lexically_normal().generic_string();
       const std::string target = sources.count(beside) > 0 ? beside : included;
       if (sources.count(target) == 0) {
         wrong.push_back(line + ": there is no such file");

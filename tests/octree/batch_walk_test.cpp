@@ -2,7 +2,6 @@
 #include "octree/batch_walk.h"
 
 #include <catch2/catch.hpp>
-
 #include <cmath>
 
 #include "octree/build.h"
@@ -91,7 +90,8 @@ TEST_CASE("every SIMD path ends flights where the scalar walk does", "[octree][b
       collided += ends[i].collided;
       if (ends[i].collided != expected.collided) {
         ++differ;  // only where the whole depth is all but the target
-        CHECK(std::abs(optical_depth(tree, ray, used) - flights[i].target_depth) < tolerance_depth * std::max(1.0, unit));
+        CHECK(std::abs(optical_depth(tree, ray, used) - flights[i].target_depth) <
+              tolerance_depth * std::max(1.0, unit));
         continue;
       }
       CHECK(std::abs(ends[i].depth - expected.depth) <= tolerance_depth * std::max(1.0, unit));
@@ -99,7 +99,8 @@ TEST_CASE("every SIMD path ends flights where the scalar walk does", "[octree][b
         Ray cut = ray;
         cut.t_max = ends[i].t;
         INFO(target << " ray " << i << " from " << ray.origin << " along " << ray.direction);
-        CHECK(std::abs(optical_depth(tree, cut, used) - flights[i].target_depth) <= tolerance_depth * std::max(1.0, unit));
+        CHECK(std::abs(optical_depth(tree, cut, used) - flights[i].target_depth) <=
+              tolerance_depth * std::max(1.0, unit));
       } else {
         CHECK(ends[i].t == Approx(expected.t).epsilon(1e-5).margin(1e-4 * unit));
       }

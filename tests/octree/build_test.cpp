@@ -1,9 +1,9 @@
 // The builder: errors within the tolerance, by rays of the test's own; mass, zeros, several channels, refusals.
 #include "octree/build.h"
 
-#include <catch2/catch.hpp>
 #include <tbb/global_control.h>
 
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
 
@@ -23,7 +23,9 @@ Field rough_cloud() {
     if (channel == 1) return static_cast<float>(600 + 5.0 * v.z);
     double sum = 0;
     for (int level = 0; level <= 4; ++level) {
-      sum += std::ldexp(voxel_noise(31, Vec3i(v.x >> level, v.y >> level, v.z >> level), static_cast<std::uint32_t>(level)) - 0.5, level);
+      sum += std::ldexp(
+          voxel_noise(31, Vec3i(v.x >> level, v.y >> level, v.z >> level), static_cast<std::uint32_t>(level)) - 0.5,
+          level);
     }
     return static_cast<float>(std::max(0.0, 0.02 * sum));
   };
@@ -49,7 +51,8 @@ double worst_transmission_error(const Octree& a, const Octree& b, std::span<cons
   for (int i = 0; i < rays; ++i) {
     Ray ray = awkward_ray(a.domain(), 77, static_cast<std::uint64_t>(i));
     ray.direction /= transform_direction(a.index_to_local(), ray.direction).length();
-    worst = std::max(worst, std::abs(std::exp(-optical_depth(a, ray, weights)) - std::exp(-optical_depth(b, ray, weights))));
+    worst = std::max(worst,
+                     std::abs(std::exp(-optical_depth(a, ray, weights)) - std::exp(-optical_depth(b, ray, weights))));
   }
   return worst;
 }
@@ -68,15 +71,15 @@ TEST_CASE("the transmission error stays within the tolerance and under the bound
   settings.measure.optical_weight = {1.0};
   const auto [tree, report] = build_octree(stream, settings);
   CHECK(report.error_measured <= tolerance);
-  CHECK(report.error_measured > 0.2 * tolerance);   // it is spent, not hoarded
+  CHECK(report.error_measured > 0.2 * tolerance);  // it is spent, not hoarded
   CHECK(report.error_bound >= report.error_measured);
   CHECK(report.rays == 100000);
   const double mine = worst_transmission_error(exact, tree, settings.measure.optical_weight, 20000);
   INFO("smooth " << smooth << ", tolerance " << tolerance << ", measured " << report.error_measured << ", here " << mine
-                 << ", bound " << report.error_bound << ", bytes " << tree.statistics().bytes << " of " << exact.statistics().bytes
-                 << ", merged " << report.merged_share << ", quantised " << report.quantised_share
-                 << ", bits " << tree.statistics().bits_per_value[0]);
-  CHECK(mine <= 1.2 * tolerance);                    // rays that the builder did not see, awkward ones among them
+                 << ", bound " << report.error_bound << ", bytes " << tree.statistics().bytes << " of "
+                 << exact.statistics().bytes << ", merged " << report.merged_share << ", quantised "
+                 << report.quantised_share << ", bits " << tree.statistics().bits_per_value[0]);
+  CHECK(mine <= 1.2 * tolerance);  // rays that the builder did not see, awkward ones among them
   CHECK(mine <= report.error_bound);
   CHECK(tree.statistics().bytes < (tolerance > 5e-4 ? 0.35 : 0.6) * static_cast<double>(exact.statistics().bytes));
   // Mass of every brick, and zeros that stay zero.
@@ -93,7 +96,8 @@ TEST_CASE("the transmission error stays within the tolerance and under the bound
           b += static_cast<double>(tree.value(0, p));
           zeros_lost += report.merging_error == 0 && exact.value(0, p) == 0 && tree.value(0, p) != 0;
         }
-        if (same_block && report.merging_error == 0) worst_mass = std::max(worst_mass, std::abs(a - b) / std::max(a, 1e-30));
+        if (same_block && report.merging_error == 0)
+          worst_mass = std::max(worst_mass, std::abs(a - b) / std::max(a, 1e-30));
       }
     }
   }
@@ -107,9 +111,11 @@ TEST_CASE("packing keeps mean, zeros, range and half a step", "[octree][build]")
   for (int trial = 0; trial < 2000; ++trial) {
     const int level = static_cast<int>(random.bits() % 3u);
     std::vector<float> values(std::size_t{512} >> (3 * level));
-    const double scale = std::pow(10.0, 12 * random.uniform() - 6), zeros = random.uniform() < 0.5 ? random.uniform() : -1;
+    const double scale = std::pow(10.0, 12 * random.uniform() - 6),
+                 zeros = random.uniform() < 0.5 ? random.uniform() : -1;
     const double base = random.uniform() < 0.5 ? 0.0 : 3.0;
-    for (float& v : values) v = random.uniform() < zeros ? 0.0f : static_cast<float>(scale * (base + std::pow(random.uniform(), 4)));
+    for (float& v : values)
+      v = random.uniform() < zeros ? 0.0f : static_cast<float>(scale * (base + std::pow(random.uniform(), 4)));
     values[5] = static_cast<float>(scale * (base + 1));
     const double step = scale * std::pow(10.0, -4 * random.uniform());
     std::vector<std::byte> bytes(16);
@@ -124,7 +130,8 @@ TEST_CASE("packing keeps mean, zeros, range and half a step", "[octree][build]")
       worst = std::max(worst, std::abs(static_cast<double>(v) - static_cast<double>(values[i])));
       REQUIRE((values[i] != 0 || v == 0));
       REQUIRE(v >= 0);
-      REQUIRE(static_cast<double>(v) <= static_cast<double>(header.offset) + static_cast<double>(header.scale) * top * (1 + 1e-6));
+      REQUIRE(static_cast<double>(v) <=
+              static_cast<double>(header.offset) + static_cast<double>(header.scale) * top * (1 + 1e-6));
     }
     INFO("trial " << trial << " bits " << header.bits() << " step " << step);
     REQUIRE(sum == Approx(exact).epsilon(1e-6));
@@ -139,11 +146,13 @@ TEST_CASE("the result is the same for 1, 2 and 7 threads", "[octree][build]") {
     const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
     BuildSettings settings;
     settings.measure.optical_weight = {1.0};
-    const auto [tree, report] = build_octree(field_stream(Box3i(Vec3i(0), Vec3i(64, 48, 40)), {"k"}, rough_cloud(), half_metre()), settings);
+    const auto [tree, report] =
+        build_octree(field_stream(Box3i(Vec3i(0), Vec3i(64, 48, 40)), {"k"}, rough_cloud(), half_metre()), settings);
     leaves.emplace_back();
     tree.for_each_leaf([&](const Cell& cell, std::span<const float> values) {
-      leaves.back().insert(leaves.back().end(), {static_cast<float>(cell.corner.x), static_cast<float>(cell.corner.y),
-                                                 static_cast<float>(cell.corner.z), static_cast<float>(cell.level), values[0]});
+      leaves.back().insert(leaves.back().end(),
+                           {static_cast<float>(cell.corner.x), static_cast<float>(cell.corner.y),
+                            static_cast<float>(cell.corner.z), static_cast<float>(cell.level), values[0]});
     });
     errors.push_back(report.error_measured);
   }
@@ -197,14 +206,16 @@ TEST_CASE("tiles of any size are poured like the voxels they stand for", "[octre
     sink.tile(Vec3i(-128, -64, 128), 6, a);
     sink.tile(Vec3i(-64, -64, 128), 6, a);
     sink.tile(Vec3i(64, 0, 64), 5, b);
-    sink.tile(Vec3i(128, 0, 0), 3, b);   // hangs over the bounds in x and z: voxels outside are dropped
+    sink.tile(Vec3i(128, 0, 0), 3, b);  // hangs over the bounds in x and z: voxels outside are dropped
     sink.tile(Vec3i(0, 0, 64), 5, zero);
   };
   BuildSettings settings;
   settings.tolerance = 0;
   const Octree tree = build_octree(stream, settings).first;
   double mass = 0;
-  tree.for_each_leaf([&](const Cell& cell, std::span<const float> v) { mass += static_cast<double>(v[0]) * std::ldexp(1.0, 3 * cell.level); });
+  tree.for_each_leaf([&](const Cell& cell, std::span<const float> v) {
+    mass += static_cast<double>(v[0]) * std::ldexp(1.0, 3 * cell.level);
+  });
   CHECK(mass == 2 * 262144 * 0.5 + 32768 * 0.25 + 2 * 8 * 5 * 0.25);
   CHECK(tree.value(0, Vec3d(-1, -1, 191)) == 0.5f);
   CHECK(tree.value(0, Vec3d(129.5, 0, 3)) == 0.25f);
@@ -216,7 +227,8 @@ TEST_CASE("what cannot be built is refused by name", "[octree][build][not_finite
   BuildSettings settings;
   settings.tolerance = 0;
   // Two clouds a million voxels apart would need a table of terabytes.
-  CHECK_THROWS_AS(build_octree(field_stream(Box3i(Vec3i(0), Vec3i(1000000, 1000000, 1000000)), {"k"}, field), settings), ResourceError);
+  CHECK_THROWS_AS(build_octree(field_stream(Box3i(Vec3i(0), Vec3i(1000000, 1000000, 1000000)), {"k"}, field), settings),
+                  ResourceError);
   // A source that pours outside its own bounds.
   VoxelStream liar = field_stream(Box3i(Vec3i(0), Vec3i(16)), {"k"}, [](int, const Vec3i&) { return 1.0f; });
   liar.bounds = Box3i(Vec3i(0), Vec3i(12));
@@ -236,5 +248,6 @@ TEST_CASE("what cannot be built is refused by name", "[octree][build][not_finite
   settings.measure.optical_weight = {1};
   settings.tolerance = 1e-3;
   const std::atomic<bool> stop = true;
-  CHECK_THROWS_AS(build_octree(field_stream(Box3i(Vec3i(0), Vec3i(16)), {"k"}, field), settings, Progress({}, &stop)), ResourceError);
+  CHECK_THROWS_AS(build_octree(field_stream(Box3i(Vec3i(0), Vec3i(16)), {"k"}, field), settings, Progress({}, &stop)),
+                  ResourceError);
 }

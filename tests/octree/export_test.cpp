@@ -1,15 +1,16 @@
 // Export: round trips without loss, tiles, and files that appear whole or not at all.
+#include "octree/export.h"
+
+#include <catch2/catch.hpp>
+
 #include "octree/base/error.h"
 #include "octree/build.h"
-#include "octree/export.h"
 #include "octree/import.h"
 #include "octree/puffs.h"
 #include "octree/shapes.h"
 #include "tests/support/dense_stream.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/support/shared_data.h"
-
-#include <catch2/catch.hpp>
 
 using namespace obscura;
 using namespace obscura::test;

@@ -1,11 +1,11 @@
 // LES text: both layouts, agreement with the same fields as OpenVDB, and broken files.
+#include <catch2/catch.hpp>
+
 #include "octree/base/error.h"
 #include "octree/import.h"
 #include "tests/support/dense_stream.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/support/shared_data.h"
-
-#include <catch2/catch.hpp>
 
 using namespace obscura;
 using namespace obscura::test;

@@ -1,15 +1,15 @@
 // NetCDF: the CF rules one by one on files made here, and the real fire files.
+#include <netcdf.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
 #include "octree/base/error.h"
 #include "octree/import.h"
 #include "octree/netcdf_axes.h"
 #include "tests/support/dense_stream.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/support/shared_data.h"
-
-#include <catch2/catch.hpp>
-#include <netcdf.h>
-
-#include <cmath>
 
 using namespace obscura;
 using namespace obscura::test;
@@ -92,8 +92,10 @@ TEST_CASE("a variable's dimensions may come in any order, in metres or kilometre
 
 TEST_CASE("packed values are unpacked and missing ones are nothing", "[octree][import][netcdf]") {
   const ScratchFolder folder;
-  write_file(folder / "a.nc", {{"z", even(0, 1, 3), "m"}, {"y", even(0, 1, 3), "m"}, {"x", even(0, 1, 3), "m"}}, NC_SHORT,
-             [](const auto& i) { return i[2] == 0 ? -999.0 : i[2] == 1 ? -5.0 : 20.0; },
+  write_file(folder / "a.nc", {{"z", even(0, 1, 3), "m"}, {"y", even(0, 1, 3), "m"}, {"x", even(0, 1, 3), "m"}},
+             NC_SHORT, [](const auto& i) { return i[2] == 0   ? -999.0
+                                                  : i[2] == 1 ? -5.0
+                                                              : 20.0; },
              {{"scale_factor", 0.5}, {"add_offset", 4}, {"_FillValue", -999}, {"missing_value", -5}});
   const Dense dense(open_volume(folder / "a.nc", kSmoke).at(0));
   CHECK(dense.at(0, {0, 1, 1}) == 0.0f);
@@ -103,8 +105,8 @@ TEST_CASE("packed values are unpacked and missing ones are nothing", "[octree][i
 
 TEST_CASE("a descending axis is turned round", "[octree][import][netcdf]") {
   const ScratchFolder folder;
-  write_file(folder / "a.nc", {{"z", even(5, -1, 3), "m"}, {"y", even(0, 1, 3), "m"}, {"x", even(0, 1, 3), "m"}}, NC_FLOAT,
-             [](const auto& i) { return double(i[0] + 1); });
+  write_file(folder / "a.nc", {{"z", even(5, -1, 3), "m"}, {"y", even(0, 1, 3), "m"}, {"x", even(0, 1, 3), "m"}},
+             NC_FLOAT, [](const auto& i) { return double(i[0] + 1); });
   const VoxelStream stream = open_volume(folder / "a.nc", kSmoke).at(0);
   CHECK((transform_point(stream.index_to_local, Vec3d(0.5)) - Vec3d(0, 0, 3)).length() < 1e-9);
   const Dense dense(stream);
@@ -129,9 +131,10 @@ TEST_CASE("uneven levels keep their mass on even cells", "[octree][import][netcd
 
 TEST_CASE("a step of a time-dependent variable is chosen by its index", "[octree][import][netcdf]") {
   const ScratchFolder folder;
-  write_file(folder / "a.nc",
-             {{"time", even(0, 1, 4), "s"}, {"z", even(0, 1, 3), "m"}, {"y", even(0, 1, 3), "m"}, {"x", even(0, 1, 3), "m"}},
-             NC_FLOAT, [](const auto& i) { return double(i[0] + 1); });
+  write_file(
+      folder / "a.nc",
+      {{"time", even(0, 1, 4), "s"}, {"z", even(0, 1, 3), "m"}, {"y", even(0, 1, 3), "m"}, {"x", even(0, 1, 3), "m"}},
+      NC_FLOAT, [](const auto& i) { return double(i[0] + 1); });
   CHECK(inspect_volume(folder / "a.nc").at(0).times == 4);
   CHECK(Dense(open_volume(folder / "a.nc", kSmoke).at(0)).max(0) == 1.0f);
   CHECK(Dense(open_volume(folder / "a.nc", std::vector<GridRequest>{{"smoke", true, false, 3}}).at(0)).max(0) == 4.0f);
@@ -190,7 +193,8 @@ TEST_CASE("profiles, maps and axes that are no lengths are refused", "[octree][i
 TEST_CASE("broken NetCDF files and values are refused", "[octree][import][netcdf][not_finite]") {
   const ScratchFolder folder;
   const std::vector<Axis> axes{{"z", even(0, 1, 3), "m"}, {"y", even(0, 1, 3), "m"}, {"x", even(0, 1, 40), "m"}};
-  write_file(folder / "a.nc", axes, NC_FLOAT, [](const auto& i) { return i[2] == 7 && i[0] == 2 ? std::nan("") : 1.0; });
+  write_file(folder / "a.nc", axes, NC_FLOAT,
+             [](const auto& i) { return i[2] == 7 && i[0] == 2 ? std::nan("") : 1.0; });
   CHECK_THROWS_WITH(Dense(open_volume(folder / "a.nc", kSmoke).at(0)),
                     Catch::Contains("'smoke'") && Catch::Contains("(7, 0, 2)") && Catch::Contains("NaN"));
   write_file(folder / "b.nc", axes, NC_FLOAT, [](const auto& i) { return i[2] == 7 ? -1.0 : 1.0; });
@@ -198,5 +202,6 @@ TEST_CASE("broken NetCDF files and values are refused", "[octree][import][netcdf
   CHECK_THROWS_AS(open_volume(folder.write("c.nc", ""), kSmoke), InputError);
   CHECK_THROWS_AS(open_volume(folder.write("d.nc", "not a file of this kind at all"), kSmoke), InputError);
   const std::string whole = read_bytes(folder / "b.nc");
-  CHECK_THROWS_AS(Dense(open_volume(folder.write("e.nc", whole.substr(0, whole.size() / 2)), kSmoke).at(0)), InputError);
+  CHECK_THROWS_AS(Dense(open_volume(folder.write("e.nc", whole.substr(0, whole.size() / 2)), kSmoke).at(0)),
+                  InputError);
 }

@@ -1,10 +1,10 @@
 // NanoVDB files of every stored type, made here, and broken ones.
+#include <catch2/catch.hpp>
+
 #include "octree/base/error.h"
 #include "octree/import.h"
 #include "tests/support/dense_stream.h"
 #include "tests/support/scratch_folder.h"
-
-#include <catch2/catch.hpp>
 #define NANOVDB_USE_ZIP
 #define NANOVDB_USE_BLOSC
 #include <nanovdb/util/GridBuilder.h>
@@ -70,10 +70,12 @@ TEST_CASE("broken NanoVDB files are refused", "[octree][import][nvdb]") {
   const std::string whole = read_bytes(folder / "a.nvdb");
   CHECK_THROWS_WITH(open_volume(folder / "a.nvdb", std::vector<std::string>{"soot"}), Catch::Contains("density"));
   CHECK_THROWS_WITH(open_volume(folder.write("b.nvdb", ""), density), Catch::Contains("empty"));
-  CHECK_THROWS_AS(open_volume(folder.write("c.nvdb", "no such thing, but long enough for a header"), density), InputError);
+  CHECK_THROWS_AS(open_volume(folder.write("c.nvdb", "no such thing, but long enough for a header"), density),
+                  InputError);
   for (const double share : {0.0001, 0.01, 0.3, 0.9})
-    CHECK_THROWS_AS(open_volume(folder.write("d.nvdb", whole.substr(0, std::size_t(share * double(whole.size())))), density),
-                    InputError);
+    CHECK_THROWS_AS(
+        open_volume(folder.write("d.nvdb", whole.substr(0, std::size_t(share * double(whole.size())))), density),
+        InputError);
   std::string version = whole;
   version[11] = '\x7f';
   CHECK_THROWS_AS(open_volume(folder.write("e.nvdb", version), density), InputError);

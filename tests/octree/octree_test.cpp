@@ -2,7 +2,6 @@
 #include "octree/octree.h"
 
 #include <catch2/catch.hpp>
-
 #include <cmath>
 
 #include "octree/build.h"
@@ -42,7 +41,7 @@ TEST_CASE("a lossless octree returns every voxel", "[octree][not_finite]") {
         const Vec3i v(x, y, z);
         for (int c = 0; c < 2; ++c) {
           const float expected = inside(kDomain, v) ? field(c, v) : 0.0f;
-          wrong += tree.value(c, Vec3d(v)) != expected;                           // the face below belongs to it
+          wrong += tree.value(c, Vec3d(v)) != expected;  // the face below belongs to it
           wrong += tree.value(c, Vec3d(x + 0.999999, y + 0.5, z + 0.25)) != expected;
         }
       }
@@ -87,7 +86,8 @@ TEST_CASE("bounds bound every voxel below and means are means, at every level", 
             wrong += !(bounds.min <= min && bounds.max >= max);
             wrong += !(std::abs(static_cast<double>(bounds.mean) - sum / volume) <= 2e-6 * sum / volume);
             if (tolerance == 0 && volume == std::ldexp(1.0, 3 * level)) wrong += bounds.min != min || bounds.max != max;
-            const float mean = tree.value(c, Vec3d(std::max(x, kDomain.min.x), std::max(y, kDomain.min.y), std::max(z, kDomain.min.z)), level);
+            const float mean = tree.value(
+                c, Vec3d(std::max(x, kDomain.min.x), std::max(y, kDomain.min.y), std::max(z, kDomain.min.z)), level);
             wrong += !(std::abs(static_cast<double>(mean) - static_cast<double>(bounds.mean)) <= 1e-6 * sum / volume);
           }
         }
@@ -122,7 +122,8 @@ TEST_CASE("the leaves hold all the mass once, in a fixed order", "[octree]") {
   for (int c = 0; c < 2; ++c) {
     CHECK(mass[c] == Approx(expected[c]).epsilon(tolerance == 0 ? 1e-12 : 1e-6));
     const Vec3i extent = kDomain.max - kDomain.min;
-    CHECK(static_cast<double>(tree.bounds(c).mean) * extent.x * extent.y * extent.z == Approx(expected[c]).epsilon(2e-6));
+    CHECK(static_cast<double>(tree.bounds(c).mean) * extent.x * extent.y * extent.z ==
+          Approx(expected[c]).epsilon(2e-6));
   }
   // The field has leaves of every level up to 4 and the statistics count them.
   const OctreeStatistics s = tree.statistics();
@@ -182,7 +183,7 @@ TEST_CASE("one voxel, one value and nothing make the trees they should", "[octre
   CHECK(voxel.bounds(0).max == 2.5f);
   CHECK(voxel.bounds(0).mean == 2.5f);
   const Octree cube = build(Box3i(Vec3i(-64), Vec3i(64)), 2.5f);
-  CHECK(cube.block_count() == 1);                      // 128^3 equal voxels are one leaf
+  CHECK(cube.block_count() == 1);  // 128^3 equal voxels are one leaf
   CHECK(cube.block(0).cell.level == 7);
   CHECK(cube.statistics().leaves[7] == 1);
   CHECK(cube.statistics().bytes < 30000);

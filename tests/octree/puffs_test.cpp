@@ -1,13 +1,14 @@
 // Puffs: mass, determinism, temperature, the ground, and refusals.
-#include "octree/base/error.h"
-#include "octree/eddies.h"
 #include "octree/puffs.h"
-#include "tests/support/dense_stream.h"
 
-#include <catch2/catch.hpp>
 #include <tbb/global_control.h>
 
+#include <catch2/catch.hpp>
 #include <cmath>
+
+#include "octree/base/error.h"
+#include "octree/eddies.h"
+#include "tests/support/dense_stream.h"
 
 using namespace obscura;
 using obscura::test::Dense;
@@ -117,9 +118,9 @@ TEST_CASE("eddies carry no divergence", "[octree][puffs]") {
   for (int i = 0; i < 500; ++i) {
     // Inside one spline piece, where the curl is a polynomial of second degree and the difference exact.
     const Vec3d x = Vec3d((i * 37) % 32, (i * 11) % 32, (i * 5) % 32) + Vec3d(0.013 * (i % 30), 0.2, -0.3);
-    const double sum = (noise(x + Vec3d(h, 0, 0)).x - noise(x - Vec3d(h, 0, 0)).x +
-                        noise(x + Vec3d(0, h, 0)).y - noise(x - Vec3d(0, h, 0)).y +
-                        noise(x + Vec3d(0, 0, h)).z - noise(x - Vec3d(0, 0, h)).z) / (2 * h);
+    const double sum = (noise(x + Vec3d(h, 0, 0)).x - noise(x - Vec3d(h, 0, 0)).x + noise(x + Vec3d(0, h, 0)).y -
+                        noise(x - Vec3d(0, h, 0)).y + noise(x + Vec3d(0, 0, h)).z - noise(x - Vec3d(0, 0, h)).z) /
+                       (2 * h);
     divergence = std::max(divergence, std::abs(sum));
     squares += noise(x).length2();
   }

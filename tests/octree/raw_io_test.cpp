@@ -1,12 +1,11 @@
 // Raw voxels: types, orders, several grids, and every mistake by its pointer.
+#include <catch2/catch.hpp>
+#include <cmath>
+
 #include "octree/base/error.h"
 #include "octree/import.h"
 #include "tests/support/dense_stream.h"
 #include "tests/support/scratch_folder.h"
-
-#include <catch2/catch.hpp>
-
-#include <cmath>
 
 using namespace obscura;
 using namespace obscura::test;
@@ -112,7 +111,8 @@ TEST_CASE("a raw array of the wrong size is refused with both sizes", "[octree][
 TEST_CASE("every mistake in a raw description is named at once", "[octree][import][raw]") {
   const ScratchFolder folder;
   const auto problems = problems_of(folder.write(
-      "a.json", R"({"raw": 3, "type": "float33", "resolution": [1, 2], "order": "y", "voxel_m": [1, 0, 1], "sise": 1})"));
+      "a.json",
+      R"({"raw": 3, "type": "float33", "resolution": [1, 2], "order": "y", "voxel_m": [1, 0, 1], "sise": 1})"));
   std::string all;
   for (const Problem& problem : problems) all += problem.text() + "\n";
   for (const char* pointer : {"/raw", "/type", "/resolution", "/order", "/voxel_m", "/sise"})
@@ -133,7 +133,9 @@ TEST_CASE("NaN, infinite and negative raw voxels are refused by grid and voxel",
     const auto stream = open_volume(file, std::vector<std::string>{"density"}).at(0);
     CHECK_THROWS_WITH(Dense(stream), Catch::Contains("'density'") && Catch::Contains("(5, 2, 8)"));
     const auto free = open_volume(file, std::vector<GridRequest>{{"density", false}}).at(0);
-    if (bad == -1.0f) CHECK_NOTHROW(Dense(free));
-    else CHECK_THROWS_AS(Dense(free), InputError);
+    if (bad == -1.0f)
+      CHECK_NOTHROW(Dense(free));
+    else
+      CHECK_THROWS_AS(Dense(free), InputError);
   }
 }

@@ -1,11 +1,10 @@
 // Joining streams of different lattices.
+#include <array>
+#include <catch2/catch.hpp>
+
 #include "octree/import.h"
 #include "octree/shapes.h"
 #include "tests/support/dense_stream.h"
-
-#include <catch2/catch.hpp>
-
-#include <array>
 
 using namespace obscura;
 using obscura::test::Dense;

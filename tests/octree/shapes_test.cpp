@@ -1,11 +1,11 @@
 // Shapes: exact volumes, symmetry, and the right answers at awkward sizes.
-#include "octree/base/error.h"
 #include "octree/shapes.h"
-#include "tests/support/dense_stream.h"
 
 #include <catch2/catch.hpp>
-
 #include <cmath>
+
+#include "octree/base/error.h"
+#include "tests/support/dense_stream.h"
 
 using namespace obscura;
 using obscura::test::Dense;

@@ -1,15 +1,15 @@
 // OpenVDB files made here: value types, transforms, backgrounds, tiles, and every kind of broken file.
+#include <openvdb/openvdb.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+
 #include "octree/base/error.h"
 #include "octree/import.h"
 #include "tests/support/dense_stream.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/support/shared_data.h"
-
-#include <catch2/catch.hpp>
-#include <openvdb/openvdb.h>
-
-#include <cmath>
-#include <limits>
 
 using namespace obscura;
 using namespace obscura::test;
@@ -80,7 +80,7 @@ TEST_CASE("tiles of every level are poured, and split where another grid is fine
   openvdb::initialize();
   auto density = openvdb::FloatGrid::create(0);
   density->setName("density");
-  density->tree().addTile(2, openvdb::Coord(128, 0, 0), 0.5f, true);   // 128^3
+  density->tree().addTile(2, openvdb::Coord(128, 0, 0), 0.5f, true);    // 128^3
   density->tree().addTile(1, openvdb::Coord(-8, -8, -8), 0.25f, true);  // 8^3
   auto soot = openvdb::FloatGrid::create(0);
   soot->setName("soot");
@@ -125,11 +125,13 @@ TEST_CASE("grids of one file may differ in transform", "[octree][import][vdb]") 
 
 TEST_CASE("grids of one name are told apart by number", "[octree][import][vdb]") {
   const ScratchFolder folder;
-  write_grids(folder / "a.vdb", {one_voxel<openvdb::FloatGrid>({0, 0, 0}, 1), one_voxel<openvdb::FloatGrid>({0, 0, 0}, 2)});
+  write_grids(folder / "a.vdb",
+              {one_voxel<openvdb::FloatGrid>({0, 0, 0}, 1), one_voxel<openvdb::FloatGrid>({0, 0, 0}, 2)});
   const auto grids = inspect_volume(folder / "a.vdb");
   REQUIRE(grids.size() == 2);
   float sum = 0;
-  for (const GridInfo& grid : grids) sum += Dense(open_volume(folder / "a.vdb", std::vector<std::string>{grid.name}).at(0)).max(0);
+  for (const GridInfo& grid : grids)
+    sum += Dense(open_volume(folder / "a.vdb", std::vector<std::string>{grid.name}).at(0)).max(0);
   CHECK(sum == 3.0f);
 }
 
@@ -193,7 +195,8 @@ TEST_CASE("truncated files and wrong versions are refused", "[octree][import][vd
   const ScratchFolder folder;
   auto grid = one_voxel<openvdb::FloatGrid>({0, 0, 0}, 1);
   for (int i = 0; i < 4000; ++i)
-    grid->tree().setValueOn(openvdb::Coord((i * 37) % 100, (i * 61) % 90, (i * 17) % 80), 1 + 0.001f * static_cast<float>(i));
+    grid->tree().setValueOn(openvdb::Coord((i * 37) % 100, (i * 61) % 90, (i * 17) % 80),
+                            1 + 0.001f * static_cast<float>(i));
   write_grids(folder / "a.vdb", {grid});
   const std::string whole = read_bytes(folder / "a.vdb");
   CHECK(message(folder / "a.vdb") == "accepted");

@@ -1,10 +1,10 @@
 // Reading OpenVDB files: real ones against the figures their sources state, and broken ones.
+#include <catch2/catch.hpp>
+
 #include "octree/base/error.h"
 #include "octree/import.h"
 #include "tests/support/dense_stream.h"
 #include "tests/support/shared_data.h"
-
-#include <catch2/catch.hpp>
 
 using namespace obscura;
 using obscura::test::Dense;
@@ -79,8 +79,8 @@ TEST_CASE("a background that fills space counts", "[octree][import][vdb]") {
   CHECK(info.background == Approx(293.15));
   CHECK(info.units == "K");
 
-  const auto streams = open_volume(
-      file, std::vector<GridRequest>{{"soot_density", true, false}, {"temperature", true, true}});
+  const auto streams =
+      open_volume(file, std::vector<GridRequest>{{"soot_density", true, false}, {"temperature", true, true}});
   REQUIRE(streams.size() == 1);
   CHECK(streams[0].background[1] == 293.15f);
   const Dense dense(streams[0]);
@@ -114,8 +114,8 @@ TEST_CASE("files of another writer are read", "[octree][import][vdb]") {
   CHECK_THROWS_WITH(open_volume(file, std::vector<std::string>{"velocity"}),
                     Catch::Contains("velocity") && Catch::Contains("vec3s"));
   CHECK_THROWS_WITH(open_volume(file, std::vector<std::string>{"shadow"}), Catch::Contains("negative"));
-  const auto streams = open_volume(
-      file, std::vector<GridRequest>{{"density"}, {"temperature"}, {"shadow", false, false}});
+  const auto streams =
+      open_volume(file, std::vector<GridRequest>{{"density"}, {"temperature"}, {"shadow", false, false}});
   REQUIRE(streams.size() == 1);
   const Dense dense(streams[0]);
   CHECK(dense.size() == Vec3i(80, 40, 80));

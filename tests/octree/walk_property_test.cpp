@@ -1,8 +1,7 @@
 // The walks held against brute force on random octrees: the truth is a list of boxes with values, and a ray is
 // clipped against each of them, one by one. Nothing of an octree or of a walk is in that.
-#include <catch2/catch.hpp>
-
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "octree/batch_walk.h"
@@ -190,7 +189,8 @@ Ray property_ray(const Box3i& domain, std::uint64_t seed, std::uint64_t number) 
       if (random.uniform() < 0.5) ray.t_max = ray.t_min;
       break;
     }
-    default: break;
+    default:
+      break;
   }
   return ray;
 }
@@ -218,7 +218,8 @@ double difference_of(const std::vector<Piece>& pieces, const Octree& tree, const
       double difference = 0;
       for (std::size_t c = 0; c < size; ++c) {
         const float value = segments.value(static_cast<int>(c));
-        difference = std::max(difference, static_cast<double>(std::abs(value - (in_piece ? pieces[at].values[c] : 0.0f))));
+        difference =
+            std::max(difference, static_cast<double>(std::abs(value - (in_piece ? pieces[at].values[c] : 0.0f))));
       }
       sum += difference * (to - begin);
       begin = to;
@@ -231,7 +232,8 @@ double difference_of(const std::vector<Piece>& pieces, const Octree& tree, const
 
 }  // namespace
 
-TEST_CASE("on random octrees every walk is what clipping against each box says", "[octree][walk][property][not_finite]") {
+TEST_CASE("on random octrees every walk is what clipping against each box says",
+          "[octree][walk][property][not_finite]") {
   constexpr int kTrees = 250, kRays = 2400;
   constexpr double kRounding = 1024 * std::numeric_limits<double>::epsilon();
   std::uint64_t met = 0, collided = 0, wrong = 0;
@@ -257,7 +259,8 @@ TEST_CASE("on random octrees every walk is what clipping against each box says",
       all_pieces.push_back(brute_force(truth, rays.back(), weights));
       expected.push_back(depth_of(all_pieces.back()));
       Stream random(seed, i, 9);
-      flights.push_back({rays.back(), -std::log(random.uniform()) * (i % 2 ? 1.0 : std::max(1e-3, expected.back())) / rays.back().direction.length()});
+      flights.push_back({rays.back(), -std::log(random.uniform()) * (i % 2 ? 1.0 : std::max(1e-3, expected.back())) /
+                                          rays.back().direction.length()});
     }
     std::vector<double> batched(rays.size());
     std::vector<FreePath> ends(rays.size());
@@ -271,7 +274,8 @@ TEST_CASE("on random octrees every walk is what clipping against each box says",
       const bool meets = enter < leave;
       // Rounding of a plane's time, in t; and of a float position in the lanes.
       const double length = ray.direction.length();
-      const double late = std::isfinite(enter) && std::isfinite(leave) ? kRounding * std::max(std::abs(enter), std::abs(leave)) : 0.0;
+      const double late =
+          std::isfinite(enter) && std::isfinite(leave) ? kRounding * std::max(std::abs(enter), std::abs(leave)) : 0.0;
       const double exact = 1e-13 * expected[i] + most * late;
       const double coarse = 2e-5 * expected[i] + 5e-6 * std::max(1.0, most) / length + exact;
       met += meets;

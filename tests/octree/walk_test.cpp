@@ -2,7 +2,6 @@
 #include "octree/walk.h"
 
 #include <catch2/catch.hpp>
-
 #include <fstream>
 #include <sstream>
 
@@ -101,7 +100,8 @@ TEST_CASE("the walk tiles the ray without gaps or overlaps", "[octree][walk]") {
       // The middle of the segment is in its cell, but for rounding of the point.
       const Vec3d middle = ray.at(0.5 * (segments.begin() + segments.end()));
       for (int axis = 0; axis < 3; ++axis) {
-        ok = ok && middle[axis] > cell.corner[axis] - 1e-9 && middle[axis] < cell.corner[axis] + (1 << cell.level) + 1e-9;
+        ok = ok && middle[axis] > cell.corner[axis] - 1e-9 &&
+             middle[axis] < cell.corner[axis] + (1 << cell.level) + 1e-9;
       }
       const Bounds bounds = tree.bounds(0, cell);
       ok = ok && segments.value(0) == bounds.mean && (!segments.empty() || bounds.max == 0);
@@ -159,26 +159,31 @@ TEST_CASE("a walk with stops tiles the ray, and takes whole cells that it is all
       if (segments.coarse()) {
         ++coarse;
         const Cell cell = segments.cell();
-        ok = ok && cell.level >= 3 && cell.level <= std::min(coarsest, tree.top_level()) && tree.cell_at(cell.corner, cell.level).corner == cell.corner;
-        ok = ok && stops.taken_begin == segments.begin() && stops.taken_end == segments.end() && segments.value(0) == stops.taken_mean;
+        ok = ok && cell.level >= 3 && cell.level <= std::min(coarsest, tree.top_level()) &&
+             tree.cell_at(cell.corner, cell.level).corner == cell.corner;
+        ok = ok && stops.taken_begin == segments.begin() && stops.taken_end == segments.end() &&
+             segments.value(0) == stops.taken_mean;
         ok = ok && segments.value(0) == tree.bounds(0, cell).mean;
         // The ray was not in it before.
         const Vec3d before = ray.at(segments.begin() - 1e-7);
         bool inside = segments.begin() > ray.t_min + 1e-6;
         for (int axis = 0; axis < 3; ++axis) {
-          inside = inside && before[axis] > cell.corner[axis] + 1e-9 && before[axis] < cell.corner[axis] + (1 << cell.level) - 1e-9 &&
+          inside = inside && before[axis] > cell.corner[axis] + 1e-9 &&
+                   before[axis] < cell.corner[axis] + (1 << cell.level) - 1e-9 &&
                    before[axis] > domain.min[axis] + 1e-9 && before[axis] < domain.max[axis] - 1e-9;
         }
         ok = ok && !inside;
       } else if (share == 0) {
-        ok = ok && exact.next() && exact.begin() == segments.begin() && exact.end() == segments.end() && exact.value(0) == segments.value(0);
+        ok = ok && exact.next() && exact.begin() == segments.begin() && exact.end() == segments.end() &&
+             exact.value(0) == segments.value(0);
       }
     }
     const double none = 0;
     brute_force_depth(domain, ray, patchwork(1), {&none, 0}, &length);
     ok = ok && stops.ok && std::abs(sum - length) <= 1e-12 * (ray.origin.length() + length) / ray.direction.length();
     if (!ok) {
-      INFO("ray " << i << " from " << ray.origin << " along " << ray.direction << ", coarsest " << coarsest << ", share " << share);
+      INFO("ray " << i << " from " << ray.origin << " along " << ray.direction << ", coarsest " << coarsest
+                  << ", share " << share);
       REQUIRE(ok);
     }
   }
@@ -199,7 +204,8 @@ TEST_CASE("optical depth equals brute force on every awkward ray", "[octree][wal
     const double scale = expected + 1e-3 * ray.origin.length() / ray.direction.length() * 0.7;
     const double error = std::abs(depth - expected) / scale;
     if (!(error < 1e-10)) {
-      INFO("ray " << i << " from " << ray.origin << " along " << ray.direction << ": " << depth << " instead of " << expected);
+      INFO("ray " << i << " from " << ray.origin << " along " << ray.direction << ": " << depth << " instead of "
+                  << expected);
       CHECK(error < 1e-10);
     }
     worst = std::max(worst, error);
@@ -248,8 +254,8 @@ TEST_CASE("the walk reproduces the box rays a2", "[octree][walk][reference]") {
   // 0.25 m voxels: the box is 8 x 4 x 2 of them.
   Affine to_metres;
   to_metres.setScale(Vec3d(0.25));
-  const Octree tree = lossless(field_stream(Box3i(Vec3i(0), Vec3i(8, 4, 2)), {"k"},
-                                            [](int, const Vec3i&) { return 1.0f; }, to_metres));
+  const Octree tree = lossless(field_stream(
+      Box3i(Vec3i(0), Vec3i(8, 4, 2)), {"k"}, [](int, const Vec3i&) { return 1.0f; }, to_metres));
   const double weight[] = {1.3};
   for (const auto& row : rows) {
     Ray ray{{row[0], row[1], row[2]}, {row[3], row[4], row[5]}};
@@ -336,10 +342,13 @@ TEST_CASE("a walk that stops at a coarser level keeps the optical depth on avera
     double sum = 0;
     for (int y = 0; y < 40; ++y) {
       for (int x = 0; x < 40; ++x) {
-        walk(tree, Ray{{x + 0.5, y + 0.5, -1}, {0, 0, 1}}, [&](double begin, double end, const Walk& at) {
-          sum += static_cast<double>(at.value(0)) * (end - begin);
-          return true;
-        }, level);
+        walk(
+            tree, Ray{{x + 0.5, y + 0.5, -1}, {0, 0, 1}},
+            [&](double begin, double end, const Walk& at) {
+              sum += static_cast<double>(at.value(0)) * (end - begin);
+              return true;
+            },
+            level);
       }
     }
     if (level == 0) fine = sum;

@@ -9,9 +9,7 @@ using namespace obscura;
 
 namespace {
 
-double relative(double value, double reference) {
-  return std::abs(value - reference) / std::abs(reference);
-}
+double relative(double value, double reference) { return std::abs(value - reference) / std::abs(reference); }
 
 const Spectrum kTent = Spectrum::table({8, 10, 12}, {0, 1, 0});
 
@@ -36,8 +34,7 @@ TEST_CASE("a band of n samples is n equal intervals", "[photon][band]") {
 }
 
 TEST_CASE("the intervals add up to the band's Planck radiance", "[photon][band]") {
-  for (const Spectrum& response :
-       {Spectrum(1), kTent, Spectrum::table({9, 9.3, 9.4}, {1, 0, 0.5})}) {
+  for (const Spectrum& response : {Spectrum(1), kTent, Spectrum::table({9, 9.3, 9.4}, {1, 0, 0.5})}) {
     const Band one("one", 8, 12, 1, response);
     for (const int n : {2, 3, 7, 64}) {
       const Band many("many", 8, 12, n, response);

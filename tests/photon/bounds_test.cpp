@@ -39,7 +39,7 @@ TEST_CASE("histories that would not end are refused by name, those that end are 
                     Catch::Contains("photon") && Catch::Contains("ordinates"));
   CHECK_THROWS_AS(refuse_endless_histories(box(1e4, 1 - 1e-6, 0.5), 0, "photon"), NumericalError);
   CHECK_NOTHROW(refuse_endless_histories(box(1e4, 0.999, 0), 0, "photon"));  // absorbs in time
-  CHECK_NOTHROW(refuse_endless_histories(box(500, 1, 0), 0, "photon"));       // some 1e7 collisions
+  CHECK_NOTHROW(refuse_endless_histories(box(500, 1, 0), 0, "photon"));      // some 1e7 collisions
   CHECK_NOTHROW(refuse_endless_histories(box(1e4, 1, 0.95), 0, "photon"));   // mostly forward
   CHECK_NOTHROW(refuse_endless_histories(box(1e6, 0, 0), 0, "photon"));
 }
@@ -73,7 +73,8 @@ TEST_CASE("no chord is deeper than the guaranteed depth, which is within a state
   for (const Shape& shape : shapes) {
     INFO(shape.name);
     WorldContents contents = grey_contents(shape.wish, 1);
-    contents.clouds[0].local_to_world = contents.clouds[0].local_to_world * placement(Vec3d(100, -20, 3), shape.rotation, 1.5);
+    contents.clouds[0].local_to_world =
+        contents.clouds[0].local_to_world * placement(Vec3d(100, -20, 3), shape.rotation, 1.5);
     const World world(std::move(contents));
     const MediaSummary summary = summarize(world, {});
     const double most = summary.intervals[0].depth, seen = deepest_chord(world, 10000);

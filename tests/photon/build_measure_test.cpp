@@ -42,7 +42,8 @@ TEST_CASE("extinction counts in the interval where the media together attenuate 
   CHECK(build_measure(scaled, all, warm_stream()).optical_weight[0] == Approx(0.8));
 }
 
-TEST_CASE("emission counts relative to the warmest voxel, in the interval where it shines most", "[photon][build_measure]") {
+TEST_CASE("emission counts relative to the warmest voxel, in the interval where it shines most",
+          "[photon][build_measure]") {
   Cloud cloud = two_media();
   cloud.temperature = {2, 1, 0, 0};
   const std::vector<Band> all = bands();
@@ -54,9 +55,12 @@ TEST_CASE("emission counts relative to the warmest voxel, in the interval where 
   const auto expected = [&](double smoke, double fog, double kelvin) {
     return (smoke * 0.4 * 0.75 + fog * 0.2) * band.planck(1, kelvin) / band.planck(1, 500);
   };
-  for (const auto& [smoke, fog, kelvin] : {std::tuple(1.f, 0.5f, 500.f), std::tuple(2.f, 0.f, 300.f), std::tuple(0.f, 3.f, 450.f)}) {
+  for (const auto& [smoke, fog, kelvin] :
+       {std::tuple(1.f, 0.5f, 500.f), std::tuple(2.f, 0.f, 300.f), std::tuple(0.f, 3.f, 450.f)}) {
     const float values[] = {smoke, fog, kelvin};
-    CHECK(measure.source(values) == Approx(expected(static_cast<double>(smoke), static_cast<double>(fog), static_cast<double>(kelvin))).epsilon(1e-6));
+    CHECK(measure.source(values) ==
+          Approx(expected(static_cast<double>(smoke), static_cast<double>(fog), static_cast<double>(kelvin)))
+              .epsilon(1e-6));
   }
   const float nothing[] = {0, 0, 500};
   CHECK(measure.source(nothing) == 0);

@@ -3,14 +3,13 @@
 // the same judgement refuses.
 #include "photon/density.h"
 
+#include <catch2/catch.hpp>
+#include <functional>
+#include <vector>
+
 #include "octree/base/random.h"
 #include "octree/base/statistics.h"
 #include "tests/support/agree.h"
-
-#include <catch2/catch.hpp>
-
-#include <functional>
-#include <vector>
 
 using namespace obscura;
 using test::agree;
@@ -25,9 +24,7 @@ struct Medium {
   double most;  // of their product
 };
 
-bool in_cube(const Vec3d& y) {
-  return y.x >= 0 && y.y >= 0 && y.z >= 0 && y.x < 1 && y.y < 1 && y.z < 1;
-}
+bool in_cube(const Vec3d& y) { return y.x >= 0 && y.y >= 0 && y.z >= 0 && y.x < 1 && y.y < 1 && y.z < 1; }
 
 Vec3d isotropic(Stream& stream) {
   const double z = 2 * stream.uniform() - 1, angle = 2 * kPi * stream.uniform();
@@ -57,7 +54,7 @@ double one(const Vec3d&) { return 1; }
 struct Trial {
   int photons = 20000;  // in a map
   int maps = 60;
-  int points = 60;      // in a map
+  int points = 60;  // in a map
   Vec3d from{0.35, 0.35, 0.35}, to{0.65, 0.65, 0.65};
   GatherSettings settings{};
   int copies = 1;
@@ -139,8 +136,8 @@ TEST_CASE("the default estimate is right to 0.5 %", "[photon][density]") {
 TEST_CASE("beside voids and at faces and corners the estimate is the fluence", "[photon][density]") {
   // One voxel in three holds something; the ball of 64 photons spans several.
   const Medium voids{[](const Vec3d& y) {
-                       const int sum = static_cast<int>(y.x * 8) + static_cast<int>(y.y * 8) +
-                                       static_cast<int>(y.z * 8);
+                       const int sum =
+                           static_cast<int>(y.x * 8) + static_cast<int>(y.y * 8) + static_cast<int>(y.z * 8);
                        return in_cube(y) && sum % 3 == 0 ? 5.0 : 0.0;
                      },
                      one, 5};
@@ -185,9 +182,8 @@ TEST_CASE("thin beside thick, a hundredfold, the estimate is the fluence", "[pho
   const Moments found = relative(step, trial);
   CHECK(agree(found.mean(), found.standard_error(), 1, {.resolution = 0.1}));
   // 1 / (k(x) V): wrong on both sides, many times over on the thin one.
-  const Moments wrong = over_maps(step, trial, [&](const PhotonMap& map, const Vec3d& x) {
-    return textbook(map, x, step.extinction(x), 64);
-  });
+  const Moments wrong = over_maps(
+      step, trial, [&](const PhotonMap& map, const Vec3d& x) { return textbook(map, x, step.extinction(x), 64); });
   CHECK_FALSE(agree(wrong.mean(), wrong.standard_error(), 1, {.resolution = 0.1}));
 }
 
@@ -208,8 +204,7 @@ TEST_CASE("the edge correction removes the first-order bias at a face", "[photon
 TEST_CASE("the bias from two radii is the kernel's bias, with its sign", "[photon][density]") {
   const double bend = GENERATE(8.0, -4.0);
   // The same second derivative everywhere, so the same bias.
-  const Medium bowl{homogeneous().extinction,
-                    [=](const Vec3d& y) { return 2 + bend * (y.z - 0.5) * (y.z - 0.5); }, 20};
+  const Medium bowl{homogeneous().extinction, [=](const Vec3d& y) { return 2 + bend * (y.z - 0.5) * (y.z - 0.5); }, 20};
   Trial trial;
   trial.from = {0.25, 0.25, 0.4};
   trial.to = {0.75, 0.75, 0.6};
@@ -263,8 +258,7 @@ TEST_CASE("the weight sees each photon's direction", "[photon][density]") {
   const PhotonMap map(photons);
   const Vec3d x(0.5, 0.4, 0.6);
   const auto all = estimate(map, x, homogeneous().extinction, one, {});
-  const auto weighted = estimate(
-      map, x, homogeneous().extinction, [](const Vec3d& w) { return 3 + 2 * w.z; }, {});
+  const auto weighted = estimate(map, x, homogeneous().extinction, [](const Vec3d& w) { return 3 + 2 * w.z; }, {});
   CHECK(weighted.value == Approx(3.5 * all.value).epsilon(1e-4));
   CHECK(weighted.bias == Approx(3.5 * all.bias).epsilon(1e-3));
   CHECK(weighted.batch[5] == Approx(3.5 * all.batch[5]).epsilon(1e-4));

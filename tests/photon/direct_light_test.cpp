@@ -75,12 +75,16 @@ double over_square(const Vec3d& from, double height, double half, Weight&& weigh
 
 }  // namespace
 
-TEST_CASE("a floor under a hot square is lit as the integral over the square says, near and far", "[photon][direct_light]") {
+TEST_CASE("a floor under a hot square is lit as the integral over the square says, near and far",
+          "[photon][direct_light]") {
   const struct {
     double height, half;
     Vec3d at;
-  } cases[] = {{3, kHalf, {0.3, 0.4, 0}},     {0.1, kHalf, {0.05, 0.1, 0}}, {0.5, 20, {3, 1, 0}},
-               {0.02, 20, {-7, 5, 0}},        {40, kHalf, {5, 0, 0}}};
+  } cases[] = {{3, kHalf, {0.3, 0.4, 0}},
+               {0.1, kHalf, {0.05, 0.1, 0}},
+               {0.5, 20, {3, 1, 0}},
+               {0.02, 20, {-7, 5, 0}},
+               {40, kHalf, {5, 0, 0}}};
   for (const auto& c : cases) {
     INFO("height " << c.height << ", half side " << c.half);
     const World world(lit_floor(c.height, c.half));
@@ -127,7 +131,8 @@ TEST_CASE("what stands in the way of a hot square takes its share", "[photon][di
   const World world(contents);
   const SurfacePoint at = seen(world, {0, 0.05, 0.5}, {0, 0, -1});
   const Moments light = asked(world, SurfaceScatterer(at), 100000);
-  const double half = over_square({0, 0.05, 0}, 2, kHalf, [](const Vec3d& w) { return w.x > 0 ? 0.75 / kPi * w.z : 0.0; });
+  const double half =
+      over_square({0, 0.05, 0}, 2, kHalf, [](const Vec3d& w) { return w.x > 0 ? 0.75 / kPi * w.z : 0.0; });
   CHECK(agree(light.mean(), light.standard_error(), half, {.resolution = 0.03}));
   // Wholly hidden there is nothing at all.
   contents.objects.push_back(grey_object(parallelogram({-0.5, -9, 0.9}, {9, 0, 0}, {0, 18, 0}), 2, 0));

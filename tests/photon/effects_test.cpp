@@ -1,11 +1,9 @@
 // An effect that a scene does not call for does nothing: its counters stay at exactly 0, and only its own.
-#include "photon/work.h"
-
 #include <catch2/catch.hpp>
-
 #include <set>
 
 #include "photon/path_tracer.h"
+#include "photon/work.h"
 #include "tests/support/shapes_of_surfaces.h"
 #include "tests/support/worlds.h"
 
@@ -76,7 +74,8 @@ WorkCounts work_of(const Wish& wish, int ways = every_way, const RadianceSetting
   for (std::uint64_t i = 0; i < 256; ++i) {
     Stream random(4, i, 1);
     const Vec3d origin(4 + 14 * (random.uniform() - 0.5), -12, 6 * random.uniform());
-    rays.push_back({origin, (Vec3d(4 + 8 * random.uniform(), 4, 12 * random.uniform() - 3) - origin).normalized(), 0, kInfinity});
+    rays.push_back(
+        {origin, (Vec3d(4 + 8 * random.uniform(), 4, 12 * random.uniform() - 3) - origin).normalized(), 0, kInfinity});
     histories.push_back(i);
   }
   std::vector<Incoming> incoming(rays.size());
@@ -122,10 +121,12 @@ TEST_CASE("an effect that a scene does not hold does nothing, and the others do 
       {"clouds that only glow", {"extinction", "scattering", "collisions"}, [](Wish& w) { w.attenuates = false; }},
       {"cold clouds", {"emission", "photons_emission"}, [](Wish& w) { w.emits = w.glows = false; }},
       {"black clouds", {"scattering"}, [](Wish& w) { w.scatters = false; }},
-      {"nothing scatters or reflects", {"scattering", "map", "gather", "specular", "sun", "sky", "faces", "spheres", "beams"},
+      {"nothing scatters or reflects",
+       {"scattering", "map", "gather", "specular", "sun", "sky", "faces", "spheres", "beams"},
        [](Wish& w) { w.scatters = w.reflects = false; }},
       {"no objects", {"specular", "faces", "photons_faces"}, [](Wish& w) { w.objects = false; }},
-      {"nothing opaque", {"masking", "surfaces", "specular", "faces", "spheres", "photons_faces", "photons_spheres"},
+      {"nothing opaque",
+       {"masking", "surfaces", "specular", "faces", "spheres", "photons_faces", "photons_spheres"},
        [](Wish& w) { w.objects = w.spheres = w.particles = false; }},
       {"no mirror", {"specular"}, [](Wish& w) { w.mirrors = false; }},
       {"cold objects", {"faces", "photons_faces"}, [](Wish& w) { w.warm = false; }},
@@ -153,9 +154,9 @@ TEST_CASE("what the settings leave out does nothing either", "[photon][effects]"
   // The map is asked for the light of beams and particles, and follows nothing itself.
   CHECK(idle_by(by_map, [](RadianceSettings&) {}) == Names{"gather", "beams"});
   CHECK(idle_by(by_gather, [](RadianceSettings&) {}) == Names{});
-  CHECK(idle_by(by_path, [](RadianceSettings&) {}) ==
-        Names{"map", "photons_emission", "photons_sun", "photons_sky", "photons_faces", "photons_spheres", "photons_beams",
-              "collisions"});
+  CHECK(idle_by(by_path, [](RadianceSettings&) {}) == Names{"map", "photons_emission", "photons_sun", "photons_sky",
+                                                            "photons_faces", "photons_spheres", "photons_beams",
+                                                            "collisions"});
   CHECK(idle_by(every_way, [](RadianceSettings& s) { s.specular_depth = 0; }) == Names{});
   CHECK(idle_by(every_way, [](RadianceSettings& s) { s.scattering_depth = 0; }) == Names{"scattering"});
   CHECK(idle_by(by_map, [](RadianceSettings& s) { s.parts.map = false; }) == Names{"map", "gather", "beams"});
@@ -181,7 +182,8 @@ TEST_CASE("photons are counted by what sent them, trial runs included", "[photon
   settings.photons = 50000;
   const Light tried = trace_light(world, settings);
   emitted = 0;
-  for (std::size_t w = static_cast<std::size_t>(Work::photons_emission); w <= static_cast<std::size_t>(Work::photons_beams); ++w) {
+  for (std::size_t w = static_cast<std::size_t>(Work::photons_emission);
+       w <= static_cast<std::size_t>(Work::photons_beams); ++w) {
     emitted += tried.work[static_cast<Work>(w)];
   }
   CHECK(emitted > tried.emitted);

@@ -79,11 +79,13 @@ TEST_CASE("voxels emit in proportion to their emission and evenly inside", "[pho
   std::vector<double> directions_z(20);
   const Moments weights = emit_many(emitter, kPhotons, [&](const EmittedPhoton& photon) {
     const Vec3d index = world.index_point(0, photon.position);
-    const Vec3i v(static_cast<int>(std::floor(index.x)), static_cast<int>(std::floor(index.y)), static_cast<int>(std::floor(index.z)));
+    const Vec3i v(static_cast<int>(std::floor(index.x)), static_cast<int>(std::floor(index.y)),
+                  static_cast<int>(std::floor(index.z)));
     REQUIRE((v.x >= 0 && v.x < 12 && v.y >= 0 && v.y < 8 && v.z >= 0 && v.z < 9));
     ++observed[static_cast<std::size_t>(v.x + 12 * v.y + 96 * v.z)];
     const Vec3d f = index - Vec3d(v);
-    ++inside[static_cast<std::size_t>(4 * f.x) + 4 * static_cast<std::size_t>(4 * f.y) + 16 * static_cast<std::size_t>(4 * f.z)];
+    ++inside[static_cast<std::size_t>(4 * f.x) + 4 * static_cast<std::size_t>(4 * f.y) +
+             16 * static_cast<std::size_t>(4 * f.z)];
     CHECK_FALSE(photon.in_direct_set);
   });
   CHECK(chi_square(observed, expected));
@@ -100,7 +102,8 @@ TEST_CASE("voxels emit in proportion to their emission and evenly inside", "[pho
     for (double& x : u) x = random.uniform();
     return emitter.emit(u, cache).direction;
   };
-  CHECK(chi_square_directions(draw, [](const Vec3d&) { return 1 / (4 * kPi); }, kPhotons));
+  CHECK(chi_square_directions(
+      draw, [](const Vec3d&) { return 1 / (4 * kPi); }, kPhotons));
 }
 
 TEST_CASE("uniform blocks emit from every part, and several clouds by their power", "[photon][emission]") {
@@ -214,7 +217,8 @@ TEST_CASE("the sky sends pi L through every surface, at every angle", "[photon][
   CHECK(chi_square_directions([&] { return normals[next++]; }, [](const Vec3d&) { return 1 / (4 * kPi); }, count));
 }
 
-TEST_CASE("hot spheres emit Lambertian light from their surface; only sources are in the direct set", "[photon][emission]") {
+TEST_CASE("hot spheres emit Lambertian light from their surface; only sources are in the direct set",
+          "[photon][emission]") {
   WorldContents contents;
   contents.bands.emplace_back("grey");
   contents.sources.push_back({{1, 2, 3}, 0.5, {4}});
@@ -283,7 +287,8 @@ TEST_CASE("a periodic cell is lit through its upper and lower faces alone", "[ph
   const auto place_in_face = [&](const EmittedPhoton& photon) {
     const Vec3d local = transform_point(world.frame(0).world_to_local, photon.position);
     REQUIRE((local.x >= 0 && local.x <= 10 && local.y >= 0 && local.y <= 12));
-    ++cells[std::min<std::size_t>(7, static_cast<std::size_t>(local.x * 0.8)) + 8 * std::min<std::size_t>(7, static_cast<std::size_t>(local.y * 8 / 12))];
+    ++cells[std::min<std::size_t>(7, static_cast<std::size_t>(local.x * 0.8)) +
+            8 * std::min<std::size_t>(7, static_cast<std::size_t>(local.y * 8 / 12))];
     return local.z;
   };
   Moments power = emit_many(sun, kPhotons, [&](const EmittedPhoton& photon) {
@@ -322,8 +327,9 @@ TEST_CASE("sources that are off emit nothing, and a dark World has no power", "[
   const World world(std::move(contents));
   const double whole = PhotonEmitter(world, 0).power();
   double sum = 0;
-  for (bool SourceSelection::*source : {&SourceSelection::emission, &SourceSelection::sun, &SourceSelection::sky,
-                                        &SourceSelection::spheres, &SourceSelection::particles, &SourceSelection::beams}) {
+  for (bool SourceSelection::*source :
+       {&SourceSelection::emission, &SourceSelection::sun, &SourceSelection::sky, &SourceSelection::spheres,
+        &SourceSelection::particles, &SourceSelection::beams}) {
     SourceSelection one{false, false, false, false, false, false, false};
     one.*source = true;
     const double part = PhotonEmitter(world, 0, one).power();
@@ -334,7 +340,8 @@ TEST_CASE("sources that are off emit nothing, and a dark World has no power", "[
   CHECK(PhotonEmitter(world, 0, {false, false, false, false, false, false, false}).power() == 0);
 }
 
-TEST_CASE("faces emit exactly their power, by the cosine and from the side that shines", "[photon][emission][surfaces]") {
+TEST_CASE("faces emit exactly their power, by the cosine and from the side that shines",
+          "[photon][emission][surfaces]") {
   for (const bool double_sided : {false, true}) {
     WorldContents contents = empty_contents();
     contents.materials = {grey_material(0.6)};
@@ -397,7 +404,8 @@ TEST_CASE("what varies with angle and place over a face is made up for by weight
     const double cosine2 = photon.direction.z * photon.direction.z;
     for (int i = 0; i < kParts; ++i) {
       by_place[static_cast<std::size_t>(i)].add(static_cast<int>(kParts * photon.position.x) == i ? photon.power : 0.0);
-      by_cosine[static_cast<std::size_t>(i)].add(std::min(static_cast<int>(kParts * cosine2), kParts - 1) == i ? photon.power : 0.0);
+      by_cosine[static_cast<std::size_t>(i)].add(
+          std::min(static_cast<int>(kParts * cosine2), kParts - 1) == i ? photon.power : 0.0);
     }
   });
   // Integrals over strips of x, where the temperature is 300 + 300 x and the width 1 - x, and over the angle.
@@ -413,11 +421,14 @@ TEST_CASE("what varies with angle and place over a face is made up for by weight
     angles[static_cast<std::size_t>(kParts * x)] += kPi * emissivity / kSteps;
     over_angles += kPi * emissivity / kSteps;
   }
-  CHECK(agree(power.mean(), power.standard_error(), over_places * over_angles, {.resolution = 0.02, .comparisons = 17}));
+  CHECK(
+      agree(power.mean(), power.standard_error(), over_places * over_angles, {.resolution = 0.02, .comparisons = 17}));
   for (std::size_t i = 0; i < kParts; ++i) {
     INFO("part " << i);
-    CHECK(agree(by_place[i].mean(), by_place[i].standard_error(), places[i] * over_angles, {.resolution = 0.25, .comparisons = 17}));
-    CHECK(agree(by_cosine[i].mean(), by_cosine[i].standard_error(), angles[i] * over_places, {.resolution = 0.1, .comparisons = 17}));
+    CHECK(agree(by_place[i].mean(), by_place[i].standard_error(), places[i] * over_angles,
+                {.resolution = 0.25, .comparisons = 17}));
+    CHECK(agree(by_cosine[i].mean(), by_cosine[i].standard_error(), angles[i] * over_places,
+                {.resolution = 0.1, .comparisons = 17}));
   }
 }
 
@@ -465,7 +476,8 @@ TEST_CASE("a small cloud over huge terrain gets what the plain disc would send i
     for (std::size_t b = 0; b < 3; ++b) {
       INFO((sun ? "sun" : "sky") << ", ball " << b);
       const double expected = (sun ? 5 : 4 * kPi * 0.7) * kPi * balls[b].r * balls[b].r;
-      CHECK(agree(into[b].mean(), into[b].standard_error(), expected, {.resolution = balls[b].resolution, .comparisons = 8}));
+      CHECK(agree(into[b].mean(), into[b].standard_error(), expected,
+                  {.resolution = balls[b].resolution, .comparisons = 8}));
     }
     // The plain disc would have sent it one in five thousand.
     CHECK(near > kMany / 20);

@@ -166,7 +166,8 @@ TEST_CASE("faces are chosen by their power, sides alike, and places evenly on th
     worst = std::max({worst, -place.u, -place.v, -w});
     worst = std::max(worst, (place.position - (w * p[0] + place.u * p[1] + place.v * p[2])).length());
     // Which of the small triangles: a cell of (u, v), and whether it is that cell's upper half.
-    const int a = std::min(static_cast<int>(kParts * place.u), kParts - 1), b = std::min(static_cast<int>(kParts * place.v), kParts - 1);
+    const int a = std::min(static_cast<int>(kParts * place.u), kParts - 1),
+              b = std::min(static_cast<int>(kParts * place.v), kParts - 1);
     const bool upper = kParts * (place.u + place.v) - a - b >= 1;
     ++places[s][static_cast<std::size_t>(2 * (a + kParts * b) + upper)];
   }

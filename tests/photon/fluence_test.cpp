@@ -31,8 +31,10 @@ TEST_CASE("under an even sky the fluence is 4 pi times its radiance", "[photon][
 
 TEST_CASE("the sun adds its irradiance, attenuated on the way, once", "[photon][fluence]") {
   CHECK(fluence(thin(0, 0, 0.7, 5), 0, nullptr, {}, {4, 4, 4}, 500, 1).mean == Approx(4 * kPi * 0.7 + 5));
-  CHECK(fluence(thin(0.3, 0, 0, 5), 0, nullptr, {}, {4, 4, 4}, 500, 1).mean == Approx(5 * std::exp(-1.2)).epsilon(1e-5));
-  CHECK(fluence(thin(0.3, 0, 0, 5), 0, nullptr, {}, {4, 4, -4}, 500, 1).mean == Approx(5 * std::exp(-2.4)).epsilon(1e-5));
+  CHECK(fluence(thin(0.3, 0, 0, 5), 0, nullptr, {}, {4, 4, 4}, 500, 1).mean ==
+        Approx(5 * std::exp(-1.2)).epsilon(1e-5));
+  CHECK(fluence(thin(0.3, 0, 0, 5), 0, nullptr, {}, {4, 4, -4}, 500, 1).mean ==
+        Approx(5 * std::exp(-2.4)).epsilon(1e-5));
   // Rays do meet the disc of a sun as wide as this.
   CHECK(fluence(thin(0, 0, 0.7, 5, 1.0), 0, nullptr, {}, {4, 4, 4}, 500, 1).mean == Approx(4 * kPi * 0.7 + 5));
   RadianceSettings none;
@@ -45,7 +47,8 @@ TEST_CASE("in a cloud as bright as its sky the fluence is 4 pi times the source"
   CHECK(f.mean == Approx(4 * kPi * 2).epsilon(1e-5));
 }
 
-TEST_CASE("beside a glowing ball the fluence is its solid angle times its radiance, within its error", "[photon][fluence]") {
+TEST_CASE("beside a glowing ball the fluence is its solid angle times its radiance, within its error",
+          "[photon][fluence]") {
   WorldContents contents;
   contents.bands.emplace_back("grey");
   contents.sources.push_back({{0, 0, 0}, 1, {6}});

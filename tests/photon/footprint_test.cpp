@@ -19,7 +19,8 @@ constexpr int kSide = 64;
 using HotField = std::function<std::pair<double, double>(const Vec3i&)>;
 
 std::pair<double, double> plume(const Vec3i& v) {
-  const double x = v.x - 30.0 - 0.1 * v.z, y = v.y - 33.0, width = 6 + 0.15 * v.z, q = (x * x + y * y) / (width * width);
+  const double x = v.x - 30.0 - 0.1 * v.z, y = v.y - 33.0, width = 6 + 0.15 * v.z,
+               q = (x * x + y * y) / (width * width);
   return q < 9 ? std::pair(std::exp(-0.5 * q), 400 + 500 * std::exp(-0.25 * q)) : std::pair(0.0, 0.0);
 }
 
@@ -41,10 +42,11 @@ struct HotWish {
 };
 
 Cloud hot_cloud(const HotWish& wish) {
-  VoxelStream stream = field_stream(Box3i(Vec3i(0), Vec3i(kSide)), {"density", "temperature"}, [&](int channel, const Vec3i& v) {
-    const auto [density, kelvin] = wish.field(v);
-    return static_cast<float>(channel == 0 ? density : kelvin);
-  });
+  VoxelStream stream =
+      field_stream(Box3i(Vec3i(0), Vec3i(kSide)), {"density", "temperature"}, [&](int channel, const Vec3i& v) {
+        const auto [density, kelvin] = wish.field(v);
+        return static_cast<float>(channel == 0 ? density : kelvin);
+      });
   stream.index_to_local.makeIdentity();
   for (int i = 0; i < 3; ++i) stream.index_to_local[i][i] = wish.voxel_m;
   BuildSettings lossless;
@@ -256,7 +258,8 @@ TEST_CASE("a spot narrower than coarse cells, or none, changes no bit", "[footpr
     rays.push_back(random_ray(i));
     histories.push_back(i);
   }
-  const auto render = [&](const World& seen_world, const Footprint& footprint, double tolerance, RadianceCounts& counts) {
+  const auto render = [&](const World& seen_world, const Footprint& footprint, double tolerance,
+                          RadianceCounts& counts) {
     RadianceSettings settings;
     settings.footprint = footprint;
     settings.footprint_tolerance = tolerance;

@@ -1,15 +1,15 @@
 // The tree against brute force, and its bits against the order and the threads it was built with.
 #include "photon/kd_tree.h"
 
-#include "octree/base/random.h"
-
-#include <catch2/catch.hpp>
 #include <oneapi/tbb/global_control.h>
 
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <cstring>
 #include <set>
 #include <vector>
+
+#include "octree/base/random.h"
 
 using namespace obscura;
 
@@ -67,8 +67,7 @@ bool same_bits(std::span<const Photon> a, std::span<const Photon> b) {
 }  // namespace
 
 TEST_CASE("the tree finds what brute force finds, ties by the lower index", "[photon][kd_tree]") {
-  const auto cloud = GENERATE(Cloud::uniform, Cloud::clustered, Cloud::lattice, Cloud::sheet,
-                              Cloud::one_place);
+  const auto cloud = GENERATE(Cloud::uniform, Cloud::clustered, Cloud::lattice, Cloud::sheet, Cloud::one_place);
   const int count = GENERATE(1, 2, 15, 16, 17, 33, 100, 1000, 4099);
   const auto photons = make_photons(count, cloud, 7);
   const KdTree tree(photons);
@@ -106,8 +105,7 @@ TEST_CASE("an empty tree finds nothing", "[photon][kd_tree]") {
   }
 }
 
-TEST_CASE("the tree has the same bits for any threads and any order of its photons",
-          "[photon][kd_tree]") {
+TEST_CASE("the tree has the same bits for any threads and any order of its photons", "[photon][kd_tree]") {
   const auto cloud = GENERATE(Cloud::uniform, Cloud::lattice, Cloud::one_place);
   auto photons = make_photons(50000, cloud, 5);
   const KdTree reference(photons);

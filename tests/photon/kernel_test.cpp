@@ -26,6 +26,5 @@ TEST_CASE("kernels fall with the distance, each in its own way", "[photon][kerne
   CHECK(kernel_value(Kernel::constant, 0.25, 1) == Approx(3 / (4 * pi)));
   CHECK(kernel_value(Kernel::epanechnikov, 0.25, 1) == Approx(15 / (8 * pi) * 0.75));
   CHECK(kernel_value(Kernel::cone, 0.25, 1) == Approx(3 / pi * 0.5));
-  CHECK(kernel_value(Kernel::gaussian, 0.25, 1) / kernel_value(Kernel::gaussian, 0, 1) ==
-        Approx(std::exp(-0.5)));
+  CHECK(kernel_value(Kernel::gaussian, 0.25, 1) / kernel_value(Kernel::gaussian, 0, 1) == Approx(std::exp(-0.5)));
 }

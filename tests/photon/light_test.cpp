@@ -146,7 +146,8 @@ TEST_CASE("light from beyond passes rectangles above and below a periodic layer"
   TraceSettings settings;
   settings.photons = 50000;
   // A cell's share of what comes down on the layer from above: the sky's pi L and the sun's E cos.
-  const std::vector<FluxRectangle> rectangles{{{0.5, 0.5, 4}, {1, 0, 0}, {0, 1, 0}}, {{0.5, 0.5, 1.5}, {1, 0, 0}, {0, 1, 0}},
+  const std::vector<FluxRectangle> rectangles{{{0.5, 0.5, 4}, {1, 0, 0}, {0, 1, 0}},
+                                              {{0.5, 0.5, 1.5}, {1, 0, 0}, {0, 1, 0}},
                                               {{0.5, 0.5, -3}, {1, 0, 0}, {0, 1, 0}}};
   const Light light = trace_light(world, settings, rectangles);
   for (const std::size_t above : {0u, 1u}) {

@@ -55,7 +55,8 @@ double scattered_share(double x, double y, double roughness) {
 
 }  // namespace
 
-TEST_CASE("emissivity is linear in the angle between its values, constant outside, and cut at 1", "[photon][material]") {
+TEST_CASE("emissivity is linear in the angle between its values, constant outside, and cut at 1",
+          "[photon][material]") {
   const MaterialOptics optics(by_angle(0.5), 0);
   CHECK(optics.emissivity(1) == 0.5);
   CHECK(optics.emissivity(cos_deg(5)) == 0.5);
@@ -100,7 +101,8 @@ TEST_CASE("the Lambertian part is reciprocal and reflects exactly what is not em
   for (const Material& material : {by_angle(0.5), by_angle(0.2), grey_material(0.3)}) {
     const MaterialOptics optics(material, 0);
     for (const double in : {1.0, 0.8, 0.5, 0.05}) {
-      for (const double out : {1.0, 0.6, 0.2}) CHECK(optics.diffuse(in, out) == Approx(optics.diffuse(out, in)).epsilon(1e-14));
+      for (const double out : {1.0, 0.6, 0.2})
+        CHECK(optics.diffuse(in, out) == Approx(optics.diffuse(out, in)).epsilon(1e-14));
       const double albedo = kPi * cosine_mean([&](double out) { return optics.diffuse(in, out); });
       CHECK(albedo == Approx(optics.reflectance(in)).epsilon(1e-5));
     }
@@ -153,15 +155,17 @@ TEST_CASE("a rough mirror scatters by its density, and leaves exact what would g
       const double share = scattered_share(middle.x, middle.y, roughness);
       CHECK(chi_square({exact_count, kSamples - exact_count}, {(1 - share) * kSamples, share * kSamples}, 6));
       std::size_t next = 0;
-      CHECK(chi_square_directions([&] { return scattered[next++]; },
-                                  [&](const Vec3d& w) { return rough_mirror(arriving, normal, roughness, w) * std::max(w.z, 0.0) / share; },
-                                  static_cast<int>(scattered.size()), 32, 16, 12, 6));
+      CHECK(chi_square_directions(
+          [&] { return scattered[next++]; },
+          [&](const Vec3d& w) { return rough_mirror(arriving, normal, roughness, w) * std::max(w.z, 0.0) / share; },
+          static_cast<int>(scattered.size()), 32, 16, 12, 6));
       // The density with a wrong roughness is found out.
       next = 0;
       const double wrong = 1.1 * roughness, wrong_share = scattered_share(middle.x, middle.y, wrong);
-      CHECK(!chi_square_directions([&] { return scattered[next++]; },
-                                   [&](const Vec3d& w) { return rough_mirror(arriving, normal, wrong, w) * std::max(w.z, 0.0) / wrong_share; },
-                                   static_cast<int>(scattered.size()), 32, 16, 12, 6));
+      CHECK(!chi_square_directions(
+          [&] { return scattered[next++]; },
+          [&](const Vec3d& w) { return rough_mirror(arriving, normal, wrong, w) * std::max(w.z, 0.0) / wrong_share; },
+          static_cast<int>(scattered.size()), 32, 16, 12, 6));
     }
   }
 }
@@ -201,6 +205,7 @@ TEST_CASE("Lambertian light stays Lambertian on a rough mirror", "[photon][mater
       bool exact;
       return mirror_direction(arriving, normal, roughness, random, exact);
     };
-    CHECK(chi_square_directions(draw, [](const Vec3d& w) { return std::max(w.z, 0.0) / kPi; }, kSamples, 32, 8, 16, 2));
+    CHECK(chi_square_directions(
+        draw, [](const Vec3d& w) { return std::max(w.z, 0.0) / kPi; }, kSamples, 32, 8, 16, 2));
   }
 }

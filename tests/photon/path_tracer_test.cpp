@@ -35,7 +35,9 @@ TEST_CASE("paths and brute force agree on a rough cloud", "[path][agreement]") {
     const char* name;
     double albedo, g, source, sky, sun;
   };
-  const Setting settings[] = {{"thermal", 0.6, 0.3, 2.0, 0.3, 0}, {"sky", 0.9, 0.6, 0, 1.0, 0}, {"sun", 0.9, 0.6, 0, 0.0, 3.0},
+  const Setting settings[] = {{"thermal", 0.6, 0.3, 2.0, 0.3, 0},
+                              {"sky", 0.9, 0.6, 0, 1.0, 0},
+                              {"sun", 0.9, 0.6, 0, 0.0, 3.0},
                               {"all", 0.95, -0.4, 0.5, 0.2, 2.0}};
   const Vec3d toward = Vec3d(0.3, -0.5, 0.8).normalized();
   const Ray views[] = {{{1.6, -5, 2.5}, Vec3d(0.02, 6.6, -0.9).normalized(), 0, kInfinity},
@@ -48,7 +50,8 @@ TEST_CASE("paths and brute force agree on a rough cloud", "[path][agreement]") {
     AnalogueScene scene;
     scene.box = Box3d(Vec3d(0), Vec3d(kRoughSide * wish.voxel_m));
     scene.medium = [&](const Vec3d& x) {
-      const Vec3i voxel(static_cast<int>(std::floor(x.x / wish.voxel_m)), static_cast<int>(std::floor(x.y / wish.voxel_m)),
+      const Vec3i voxel(static_cast<int>(std::floor(x.x / wish.voxel_m)),
+                        static_cast<int>(std::floor(x.y / wish.voxel_m)),
                         static_cast<int>(std::floor(x.z / wish.voxel_m)));
       return AnalogueMedium{wish.extinction * rough_density(voxel), setting.albedo, setting.source};
     };

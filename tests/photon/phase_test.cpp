@@ -22,8 +22,7 @@ PhaseFunction from_row(const Csv& csv, std::size_t i) {
   if (type == "rayleigh") return PhaseFunction::rayleigh();
   if (type == "hg") return PhaseFunction::henyey_greenstein(csv.number(i, "g1"));
   REQUIRE(type == "dhg");
-  return PhaseFunction::double_henyey_greenstein(csv.number(i, "g1"), csv.number(i, "g2"),
-                                                 csv.number(i, "f"));
+  return PhaseFunction::double_henyey_greenstein(csv.number(i, "g1"), csv.number(i, "g2"), csv.number(i, "f"));
 }
 
 // Bin edges in 1 - cosine, even and near both peaks geometric.
@@ -48,8 +47,7 @@ double probability(const PhaseFunction& p, double a, double b) {
   return 2 * kPi * (b - a) * sum;
 }
 
-test::ChiSquare chi_square_of(const PhaseFunction& sampled, const PhaseFunction& density,
-                              std::uint64_t history) {
+test::ChiSquare chi_square_of(const PhaseFunction& sampled, const PhaseFunction& density, std::uint64_t history) {
   Stream stream(1, history, 0);
   return test::chi_square_numbers(
       [&] {
@@ -62,8 +60,8 @@ test::ChiSquare chi_square_of(const PhaseFunction& sampled, const PhaseFunction&
 
 // A table with a forward peak, a gap without scattering and a rainbow; unnormalised.
 PhaseFunction ragged(double* change = nullptr) {
-  return PhaseFunction::table({0, 1, 5, 30, 60, 90, 135, 140, 150, 180},
-                              {500, 300, 20, 1, 0, 0, 0.4, 2, 0.3, 0}, change);
+  return PhaseFunction::table({0, 1, 5, 30, 60, 90, 135, 140, 150, 180}, {500, 300, 20, 1, 0, 0, 0.4, 2, 0.3, 0},
+                              change);
 }
 
 }  // namespace
@@ -82,7 +80,8 @@ TEST_CASE("phase function values are right, near the peaks too", "[photon][phase
 
 TEST_CASE("phase function moments are right", "[photon][phase]") {
   const Csv csv(kFolder + "f2_phase_function_moments.csv");
-  test::Verified verified("f2_phase_function_moments.csv", "phase functions", "moments 0 to 4 of every row, absolute", "1e-13");
+  test::Verified verified("f2_phase_function_moments.csv", "phase functions", "moments 0 to 4 of every row, absolute",
+                          "1e-13");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     INFO(csv.text(i, "type") << " " << csv.text(i, "g1"));
     const PhaseFunction p = from_row(csv, i);
@@ -104,15 +103,14 @@ TEST_CASE("phase function moments are right", "[photon][phase]") {
   }
 }
 
-TEST_CASE("sampling inverts the cumulative distribution without loss near forward",
-          "[photon][phase]") {
+TEST_CASE("sampling inverts the cumulative distribution without loss near forward", "[photon][phase]") {
   const Csv csv(kFolder + "f3_phase_function_sampling.csv");
-  test::Verified verified("f3_phase_function_sampling.csv", "phase functions", "1 - mu of every row; xi itself is rounded by 2e-16 / (1 - xi)", "1e-13 beside that");
+  test::Verified verified("f3_phase_function_sampling.csv", "phase functions",
+                          "1 - mu of every row; xi itself is rounded by 2e-16 / (1 - xi)", "1e-13 beside that");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     INFO(csv.text(i, "type") << " " << csv.text(i, "g") << " xi " << csv.text(i, "xi"));
-    const PhaseFunction p = csv.text(i, "type") == "hg"
-                                ? PhaseFunction::henyey_greenstein(csv.number(i, "g"))
-                                : PhaseFunction::rayleigh();
+    const PhaseFunction p =
+        csv.text(i, "type") == "hg" ? PhaseFunction::henyey_greenstein(csv.number(i, "g")) : PhaseFunction::rayleigh();
     const double xi = csv.number(i, "xi");
     // xi itself is rounded: what that makes of 1 - xi is allowed.
     const double tolerance = 1e-13 + 2e-16 / (1 - xi);
@@ -126,8 +124,8 @@ TEST_CASE("sampling inverts the cumulative distribution without loss near forwar
 TEST_CASE("small scattering angles keep their digits", "[photon][phase]") {
   // Near forward, 1 - mu is (1 - u) / (2 pi p(1)), with a relative remainder of the order of 1 - u.
   const double v = 0x1p-45;
-  for (const PhaseFunction& p : {PhaseFunction::isotropic(), PhaseFunction::rayleigh(),
-                                 PhaseFunction::henyey_greenstein(0.6), ragged()}) {
+  for (const PhaseFunction& p :
+       {PhaseFunction::isotropic(), PhaseFunction::rayleigh(), PhaseFunction::henyey_greenstein(0.6), ragged()}) {
     const double expected = v / (2 * kPi * p.value(1));
     CHECK(std::abs(p.sample_one_minus(1 - v, 0) / expected - 1) < 1e-10);
   }
@@ -160,9 +158,8 @@ TEST_CASE("the chi-square test sees a sampler that is slightly wrong", "[photon]
 
 TEST_CASE("the cosine and one minus the cosine are one sample", "[photon][phase]") {
   for (const PhaseFunction& p :
-       {PhaseFunction::isotropic(), PhaseFunction::rayleigh(),
-        PhaseFunction::henyey_greenstein(0.7), PhaseFunction::henyey_greenstein(-0.9), ragged(),
-        PhaseFunction::double_henyey_greenstein(0.9, -0.3, 0.6)}) {
+       {PhaseFunction::isotropic(), PhaseFunction::rayleigh(), PhaseFunction::henyey_greenstein(0.7),
+        PhaseFunction::henyey_greenstein(-0.9), ragged(), PhaseFunction::double_henyey_greenstein(0.9, -0.3, 0.6)}) {
     double before = -1;
     for (const double u : {0.0, 1e-9, 0.01, 0.3, 0.5, 0.77, 0.999, 1.0}) {
       const double mu = p.sample(u, 0.1);
@@ -186,8 +183,8 @@ TEST_CASE("g of one is a delta: it is sampled and has no density", "[photon][pha
 }
 
 TEST_CASE("a cosine beyond one by rounding is harmless", "[photon][phase]") {
-  for (const PhaseFunction& p : {PhaseFunction::henyey_greenstein(0.9999), ragged(),
-                                 PhaseFunction::henyey_greenstein(-0.9999)}) {
+  for (const PhaseFunction& p :
+       {PhaseFunction::henyey_greenstein(0.9999), ragged(), PhaseFunction::henyey_greenstein(-0.9999)}) {
     CHECK(p.value(1 + 1e-12) == p.value(1));
     CHECK(p.value(-1 - 1e-12) == p.value(-1));
   }
@@ -268,8 +265,9 @@ TEST_CASE("a blunted phase function has the wished height and moments that fall 
     values.push_back(2000 * std::exp(-one_minus / 5e-4) + 1);
   }
   for (const PhaseFunction& sharp :
-       {PhaseFunction::henyey_greenstein(0.9999), PhaseFunction::henyey_greenstein(-0.99), PhaseFunction::henyey_greenstein(1),
-        PhaseFunction::double_henyey_greenstein(0.98, -0.3, 0.8), PhaseFunction::table(angles, values)}) {
+       {PhaseFunction::henyey_greenstein(0.9999), PhaseFunction::henyey_greenstein(-0.99),
+        PhaseFunction::henyey_greenstein(1), PhaseFunction::double_henyey_greenstein(0.98, -0.3, 0.8),
+        PhaseFunction::table(angles, values)}) {
     const PhaseFunction blunt = sharp.blunted(256);
     double highest = 0, integral = 0;
     constexpr int kSteps = 40000;

@@ -1,14 +1,14 @@
 // The map around the tree: where it lies, that it repeats, and what merging keeps.
 #include "photon/photon_map.h"
 
-#include "octree/base/random.h"
-#include "photon/density.h"
-
-#include <catch2/catch.hpp>
 #include <oneapi/tbb/global_control.h>
 
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <cstring>
+
+#include "octree/base/random.h"
+#include "photon/density.h"
 
 using namespace obscura;
 
@@ -143,8 +143,7 @@ TEST_CASE("the estimate is in proportion to power over emitted", "[photon][photo
   const auto photons = uniform_photons(1000, {1, 1, 1}, 8);
   const auto k = [](const Vec3d&) { return 3.0; };
   const Estimate divided = estimate(PhotonMap(photons), {0.5, 0.5, 0.5}, k, one, {});
-  const Estimate thousandth =
-      estimate(PhotonMap(photons, {0, 0, 0}, {0, 0, 0}, 1000), {0.5, 0.5, 0.5}, k, one, {});
+  const Estimate thousandth = estimate(PhotonMap(photons, {0, 0, 0}, {0, 0, 0}, 1000), {0.5, 0.5, 0.5}, k, one, {});
   CHECK(thousandth.value == Approx(divided.value / 1000));
   CHECK(thousandth.bias == Approx(divided.bias / 1000));
 }

@@ -1,9 +1,9 @@
 // The 24 bytes of a photon: the direction's code.
 #include "photon/photon.h"
 
-#include "octree/base/random.h"
-
 #include <catch2/catch.hpp>
+
+#include "octree/base/random.h"
 
 using namespace obscura;
 

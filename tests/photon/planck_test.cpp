@@ -15,9 +15,7 @@ namespace {
 
 const std::string kFolder = OBSCURA_TEST_DATA_DIR "/reference/";
 
-double relative(double value, double reference) {
-  return std::abs(value - reference) / std::abs(reference);
-}
+double relative(double value, double reference) { return std::abs(value - reference) / std::abs(reference); }
 
 // Brute force in extended precision and another variable: Boole's rule (Abramowitz &
 // Stegun 25.4.14) over ln(um), on steps so short that e^-x changes by less than 2 % each.
@@ -46,7 +44,8 @@ long double brute_band(double um_min, double um_max, double K) {
 TEST_CASE("band radiance is right to 1e-10 from 1 K to 100,000 K", "[photon][planck]") {
   const Csv csv(kFolder + "g1_planck_band.csv");
   REQUIRE(csv.size() > 40);
-  test::Verified verified("g1_planck_band.csv", "Planck", "band radiance and slope, every row above 1e-300", "1e-12, slope 1e-11");
+  test::Verified verified("g1_planck_band.csv", "Planck", "band radiance and slope, every row above 1e-300",
+                          "1e-12, slope 1e-11");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     const double K = csv.number(i, "T_K");
     const double a = csv.number(i, "l1_m") * 1e6;
@@ -78,8 +77,7 @@ TEST_CASE("band radiance is right to 1e-10 over the whole range", "[photon][plan
                                {99.0, 100.0}}) {
       // Where e^-x changes fast the brute force takes long, and the result is 0 anyway.
       if (14388 / (b * K) > 750) continue;
-      const long double reference =
-          brute_band(std::max(a, 14388 / K / (14388 / (b * K) + 60)), b, K);
+      const long double reference = brute_band(std::max(a, 14388 / K / (14388 / (b * K) + 60)), b, K);
       const double value = planck_band(a, b, K);
       INFO("K " << K << ", " << a << " to " << b << " um");
       if (reference < 1e-300L) {
@@ -125,8 +123,7 @@ TEST_CASE("the inverses give back the temperature", "[photon][planck]") {
     const double b = band.number(i, "l2_m") * 1e6;
     INFO(a << " to " << b << " um, " << band.number(i, "L_band"));
     verified_band.within(brightness_temperature(a, b, band.number(i, "L_band")), band.number(i, "T_b_K"), 1e-13);
-    CHECK(relative(brightness_temperature(a, b, band.number(i, "L_band")),
-                   band.number(i, "T_b_K")) < 1e-13);
+    CHECK(relative(brightness_temperature(a, b, band.number(i, "L_band")), band.number(i, "T_b_K")) < 1e-13);
   }
 }
 
@@ -158,7 +155,8 @@ TEST_CASE("radiance and temperature are inverse over the whole range", "[photon]
 
 TEST_CASE("the whole spectrum adds up to Stefan and Boltzmann's law", "[photon][planck]") {
   const Csv csv(kFolder + "g5_stefan_boltzmann.csv");
-  test::Verified verified("g5_stefan_boltzmann.csv", "Planck", "sigma T^4, and the band that is the whole spectrum", "1e-14");
+  test::Verified verified("g5_stefan_boltzmann.csv", "Planck", "sigma T^4, and the band that is the whole spectrum",
+                          "1e-14");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     const double K = csv.number(i, "T_K");
     const double exitance = csv.number(i, "exitance");
@@ -186,8 +184,7 @@ TEST_CASE("a band is the sum of its parts, however narrow", "[photon][planck]") 
 TEST_CASE("a very hot band follows Rayleigh and Jeans", "[photon][planck]") {
   // B = 2 c k T / lambda^4, with a relative remainder of x / 2.
   const double K = 1e14;
-  const double band =
-      2 * kSpeedOfLight * kBoltzmannConstant * K / 3 * (std::pow(8e-6, -3) - std::pow(12e-6, -3));
+  const double band = 2 * kSpeedOfLight * kBoltzmannConstant * K / 3 * (std::pow(8e-6, -3) - std::pow(12e-6, -3));
   CHECK(relative(planck_band(8, 12, K), band) < 1e-10);
   CHECK(relative(planck_band_derivative(8, 12, K), band / K) < 1e-10);
   CHECK(relative(brightness_temperature(8, 12, band), K) < 1e-10);
@@ -215,10 +212,9 @@ TEST_CASE("the derivative is the slope of the radiance", "[photon][planck]") {
     const auto five_point = [&](auto f) {
       return (8 * (f(K + h) - f(K - h)) - (f(K + 2 * h) - f(K - 2 * h))) / (12 * h);
     };
-    CHECK(relative(planck_band_derivative(3, 5, K),
-                   five_point([](double t) { return planck_band(3, 5, t); })) < 1e-8);
-    CHECK(relative(planck_spectral_derivative(4, K),
-                   five_point([](double t) { return planck_spectral(4, t); })) < 1e-8);
+    CHECK(relative(planck_band_derivative(3, 5, K), five_point([](double t) { return planck_band(3, 5, t); })) < 1e-8);
+    CHECK(relative(planck_spectral_derivative(4, K), five_point([](double t) { return planck_spectral(4, t); })) <
+          1e-8);
   }
 }
 

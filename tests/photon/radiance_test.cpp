@@ -67,7 +67,8 @@ TEST_CASE("a box that emits shows source times opacity along every chord", "[pho
     CHECK(in.direct == Approx(2 * (1 - transmission) + 0.5 * transmission).epsilon(1e-5));
     CHECK(in.distance == kInfinity);
     CHECK(one_ray(world, c.ray, only(&RadianceParts::background)).direct == Approx(0.5 * transmission).epsilon(1e-5));
-    CHECK(one_ray(world, c.ray, only(&RadianceParts::emission)).direct == Approx(2 * (1 - transmission)).epsilon(1e-5).margin(1e-12));
+    CHECK(one_ray(world, c.ray, only(&RadianceParts::emission)).direct ==
+          Approx(2 * (1 - transmission)).epsilon(1e-5).margin(1e-12));
   }
 }
 
@@ -105,19 +106,22 @@ TEST_CASE("sunlight scattered once in a slab follows the formula, reflected and 
     // Chandrasekhar, Radiative Transfer (1960), ch. IX: w p E mu0 / (mu + mu0) (1 - e^(-tau (1/mu + 1/mu0)))
     // above; below w p E mu0 / (mu0 - mu) (e^(-tau / mu0) - e^(-tau / mu)).
     const Vec3d up(0.6, 0, 0.8), down(0.6, 0, -0.8);
-    const double reflected = 0.7 * phase.value(up.dot(-toward)) * 10 * mu0 / (mu + mu0) *
-                             (1 - std::exp(-tau * (1 / mu + 1 / mu0)));
-    const double transmitted = 0.7 * phase.value(down.dot(-toward)) * 10 * mu0 / (mu0 - mu) *
-                               (std::exp(-tau / mu0) - std::exp(-tau / mu));
+    const double reflected =
+        0.7 * phase.value(up.dot(-toward)) * 10 * mu0 / (mu + mu0) * (1 - std::exp(-tau * (1 / mu + 1 / mu0)));
+    const double transmitted =
+        0.7 * phase.value(down.dot(-toward)) * 10 * mu0 / (mu0 - mu) * (std::exp(-tau / mu0) - std::exp(-tau / mu));
     const AgreeOptions options{.resolution = 0.02, .comparisons = 6};
-    const RayRadiance above = many_rays(world, {Vec3d(32, 32, 1) + 5.0 * up, -up, 0, kInfinity}, 20000, only(&RadianceParts::sun));
+    const RayRadiance above =
+        many_rays(world, {Vec3d(32, 32, 1) + 5.0 * up, -up, 0, kInfinity}, 20000, only(&RadianceParts::sun));
     CHECK(agree(above.mean, above.error, reflected, options));
     AgreeOptions deep = options;  // few points see the sun through a thick slab
     deep.resolution = tau > 5 ? 0.2 : 0.02;
-    const RayRadiance below = many_rays(world, {Vec3d(32, 32, 0) + 5.0 * down, -down, 0, kInfinity}, 20000, only(&RadianceParts::sun));
+    const RayRadiance below =
+        many_rays(world, {Vec3d(32, 32, 0) + 5.0 * down, -down, 0, kInfinity}, 20000, only(&RadianceParts::sun));
     CHECK(agree(below.mean, below.error, transmitted, deep));
     // Another side of the phase function does not fit.
-    CHECK(!agree(above.mean, above.error, reflected * phase.value(up.dot(toward)) / phase.value(up.dot(-toward)), options));
+    CHECK(!agree(above.mean, above.error, reflected * phase.value(up.dot(toward)) / phase.value(up.dot(-toward)),
+                 options));
     // Nothing where nothing may scatter.
     RadianceSettings no_scattering = only(&RadianceParts::sun);
     no_scattering.scattering_depth = 0;
@@ -157,7 +161,8 @@ TEST_CASE("a hot sphere's light scattered once is its irradiance through the pha
     for (int j = 0; j < kSteps; ++j) {
       const double versine = (1 - std::sqrt(1 - sine * sine)) * (i + 0.5) / kSteps;
       const double phi = 2 * kPi * (j + 0.5) / kSteps;
-      const Vec3d toward(1 - versine, std::sqrt(2 * versine - versine * versine) * std::cos(phi), std::sqrt(2 * versine - versine * versine) * std::sin(phi));
+      const Vec3d toward(1 - versine, std::sqrt(2 * versine - versine * versine) * std::cos(phi),
+                         std::sqrt(2 * versine - versine * versine) * std::sin(phi));
       integral += wish.phase.value(-toward.z) / (kSteps * kSteps);
     }
   }
@@ -241,12 +246,14 @@ TEST_CASE("the map's part is the in-scattered light of its photons", "[photon][r
   // Sixteen batches, none of them alike, whose mean is the value.
   Incoming in;
   const std::uint64_t history = 7;
-  const RadianceCounts counts = incoming_radiance(world, 0, &light.maps[0], settings, {&ray, 1}, {&history, 1}, {&in, 1});
+  const RadianceCounts counts =
+      incoming_radiance(world, 0, &light.maps[0], settings, {&ray, 1}, {&history, 1}, {&in, 1});
   CHECK(in.direct == 0);
   CHECK(*std::min_element(in.map.begin(), in.map.end()) < *std::max_element(in.map.begin(), in.map.end()));
   CHECK(counts.rays == 1);
   CHECK(counts.work[Work::scattering] > 0);
-  for (const Work towards : {Work::sun, Work::sky, Work::faces, Work::spheres, Work::beams}) CHECK(counts.work[towards] == 0);
+  for (const Work towards : {Work::sun, Work::sky, Work::faces, Work::spheres, Work::beams})
+    CHECK(counts.work[towards] == 0);
   CHECK(counts.anomalies == 0);
 }
 
@@ -259,7 +266,9 @@ TEST_CASE("an estimate without a denominator counts as an anomaly", "[photon][ra
   std::vector<Photon> photons;
   for (int i = 0; i < 1000; ++i) {
     Photon photon;
-    photon.position = Vec3f(static_cast<float>(voxel_noise(1, Vec3i(i, 0, 0))), static_cast<float>(voxel_noise(1, Vec3i(i, 1, 0))), 1000.0f + static_cast<float>(voxel_noise(1, Vec3i(i, 2, 0))));
+    photon.position =
+        Vec3f(static_cast<float>(voxel_noise(1, Vec3i(i, 0, 0))), static_cast<float>(voxel_noise(1, Vec3i(i, 1, 0))),
+              1000.0f + static_cast<float>(voxel_noise(1, Vec3i(i, 2, 0))));
     photon.direction = encode_direction({0, 0, 1});
     photon.power = 1;
     photons.push_back(photon);

@@ -28,8 +28,10 @@ TEST_CASE("directions are uniform over the sphere", "[photon][sampling]") {
     const double u = random.uniform();
     return uniform_direction(u, random.uniform());
   };
-  CHECK(chi_square_directions(draw, [](const Vec3d&) { return 1 / (4 * kPi); }, kSamples));
-  CHECK(!chi_square_directions(draw, [](const Vec3d& w) { return (1 + 0.05 * w.z) / (4 * kPi); }, kSamples));
+  CHECK(chi_square_directions(
+      draw, [](const Vec3d&) { return 1 / (4 * kPi); }, kSamples));
+  CHECK(!chi_square_directions(
+      draw, [](const Vec3d& w) { return (1 + 0.05 * w.z) / (4 * kPi); }, kSamples));
 }
 
 TEST_CASE("points are uniform over the disc in radius and angle", "[photon][sampling]") {
@@ -57,8 +59,10 @@ TEST_CASE("cosine-weighted directions follow the cosine about any normal", "[pho
       const double u = random.uniform();
       return cosine_direction(normal, u, random.uniform());
     };
-    CHECK(chi_square_directions(draw, [&](const Vec3d& w) { return std::max(0.0, w.dot(normal)) / kPi; }, kSamples));
-    CHECK(!chi_square_directions(draw, [&](const Vec3d& w) { return w.dot(normal) > 0 ? 1 / (2 * kPi) : 0.0; }, kSamples));
+    CHECK(chi_square_directions(
+        draw, [&](const Vec3d& w) { return std::max(0.0, w.dot(normal)) / kPi; }, kSamples));
+    CHECK(!chi_square_directions(
+        draw, [&](const Vec3d& w) { return w.dot(normal) > 0 ? 1 / (2 * kPi) : 0.0; }, kSamples));
   }
 }
 
@@ -73,8 +77,10 @@ TEST_CASE("directions in a cone are uniform, wide or narrow", "[photon][sampling
       const double u = random.uniform();
       return 0.5 * (cone_direction(kAxis, sine, u, random.uniform()).first - kAxis).length2() / versine;
     };
-    CHECK(chi_square_numbers(draw, edges(0, 1 + 1e-9, 50), [](double a, double b) { return b - a; }, kSamples));
-    CHECK(!chi_square_numbers(draw, edges(0, 1 + 1e-9, 50), [](double a, double b) { return b * b - a * a; }, kSamples));
+    CHECK(chi_square_numbers(
+        draw, edges(0, 1 + 1e-9, 50), [](double a, double b) { return b - a; }, kSamples));
+    CHECK(!chi_square_numbers(
+        draw, edges(0, 1 + 1e-9, 50), [](double a, double b) { return b * b - a * a; }, kSamples));
   }
   CHECK((cone_direction(kAxis, 0, 0.3, 0.7).first - kAxis).length() < 1e-15);
   CHECK(cone_direction(kAxis, 0, 0.3, 0.7).second == 0);

@@ -68,9 +68,12 @@ TEST_CASE("directions are drawn from the mixture", "[photon][scatter]") {
       const double v = random.uniform();
       return scattering.sample(before, u, v, random.uniform());
     };
-    CHECK(chi_square_directions(draw, [&](const Vec3d& w) { return scattering.phase(w.dot(before)); }, 200000));
+    CHECK(chi_square_directions(
+        draw, [&](const Vec3d& w) { return scattering.phase(w.dot(before)); }, 200000));
     // Mixed half and half, or turned round, it fails.
-    CHECK(!chi_square_directions(draw, [&](const Vec3d& w) { return 0.5 * (a.value(w.dot(before)) + b.value(w.dot(before))); }, 200000));
-    CHECK(!chi_square_directions(draw, [&](const Vec3d& w) { return scattering.phase(-w.dot(before)); }, 200000));
+    CHECK(!chi_square_directions(
+        draw, [&](const Vec3d& w) { return 0.5 * (a.value(w.dot(before)) + b.value(w.dot(before))); }, 200000));
+    CHECK(!chi_square_directions(
+        draw, [&](const Vec3d& w) { return scattering.phase(-w.dot(before)); }, 200000));
   }
 }

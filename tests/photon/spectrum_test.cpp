@@ -49,8 +49,7 @@ TEST_CASE("integrals of spectra and their products are exact", "[photon][spectru
   const Spectrum edge = Spectrum::table({9, 11}, {1, 0});
   // By hand: [8,9] (um-8)/2 gives 1/4, [9,10] (um-8)(11-um)/4 gives 13/24, [10,11]
   // (12-um)(11-um)/4 gives 5/24.
-  CHECK(integral_of_product(tent, edge, 8, 12) ==
-        Approx(1.0 / 4 + 13.0 / 24 + 5.0 / 24).epsilon(1e-15));
+  CHECK(integral_of_product(tent, edge, 8, 12) == Approx(1.0 / 4 + 13.0 / 24 + 5.0 / 24).epsilon(1e-15));
   CHECK(integral_of_product(edge, tent, 0.1, 50) == Approx(1.0).epsilon(1e-15));
   CHECK(integral(tent, 10, 10) == 0);
   CHECK(integral(edge, 1, 9) == 8);

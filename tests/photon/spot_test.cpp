@@ -1,9 +1,10 @@
 // The spot's query against dense rays: it must never call simple what rays see as complex.
 #include "photon/spot.h"
 
-#include <catch2/catch.hpp>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+
+#include <catch2/catch.hpp>
 
 #include "tests/support/shapes_of_surfaces.h"
 #include "tests/support/spots.h"
@@ -50,13 +51,14 @@ struct Tally {
 };
 
 /// Random spots towards `target`; `missed` counts those called simple in which rays see more.
-Tally compare(const World& world, const SpotThresholds& thresholds, const Vec3d& target, double size, double distance, double widest,
-              int spots, int side, std::uint64_t seed) {
+Tally compare(const World& world, const SpotThresholds& thresholds, const Vec3d& target, double size, double distance,
+              double widest, int spots, int side, std::uint64_t seed) {
   SpotQuery query(world, thresholds, 0);
   Stream random(seed, 0, 0);
   Tally tally;
   for (int i = 0; i < spots; ++i) {
-    const Vec3d aim = target + size * Vec3d(2 * random.uniform() - 1, 2 * random.uniform() - 1, 0.2 * random.uniform() - 0.1);
+    const Vec3d aim =
+        target + size * Vec3d(2 * random.uniform() - 1, 2 * random.uniform() - 1, 0.2 * random.uniform() - 0.1);
     Vec3d from = random_direction(random);
     from.z = std::abs(from.z);
     const double half = widest * std::pow(10, -3 * random.uniform());
@@ -109,8 +111,9 @@ TEST_CASE("what is tiny or thin is found wherever it is in the spot, and not whe
     const bool behind = i % 2 == 1;
     const double at = behind ? 1 + z : z;
     const Vec3d p(at * x, at * y, -at);
-    std::shared_ptr<Mesh> small = i % 4 < 2 ? triangle(p, p + at * Vec3d(size, 0, 0), p + at * Vec3d(0, size, 0))
-                                            : triangle(p - Vec3d(1, 0.3, 0), p + Vec3d(1, 0.3, 0), p + Vec3d(1, 0.3 + 1e-4 * 2 * half, 0));
+    std::shared_ptr<Mesh> small =
+        i % 4 < 2 ? triangle(p, p + at * Vec3d(size, 0, 0), p + at * Vec3d(0, size, 0))
+                  : triangle(p - Vec3d(1, 0.3, 0), p + Vec3d(1, 0.3, 0), p + Vec3d(1, 0.3 + 1e-4 * 2 * half, 0));
     std::vector<Object> objects{plain(parallelogram({-2, -2, -1}, {4, 0, 0}, {0, 4, 0})), plain(small)};
     if (i % 3 == 0) std::swap(objects[0], objects[1]);
     const World world = world_of(std::move(objects));
@@ -124,7 +127,8 @@ TEST_CASE("what is tiny or thin is found wherever it is in the spot, and not whe
 
 TEST_CASE("no spot that rays see as complex is called simple", "[photon][spot]") {
   SECTION("hills and a box") {
-    const World world = world_of({plain(hills(60, 1, 0.1, 7), 0, 300), plain(box_mesh({-0.2, -0.2, 0}, {0.1, 0.1, 0.4}, false), 1, 300)});
+    const World world = world_of(
+        {plain(hills(60, 1, 0.1, 7), 0, 300), plain(box_mesh({-0.2, -0.2, 0}, {0.1, 0.1, 0.4}, false), 1, 300)});
     const Tally tally = compare(world, {}, {0, 0, 0}, 1, 3, 0.1, 1200, 16, 7);
     CHECK(tally.missed == 0);
     CHECK(tally.simple > 300);
@@ -132,10 +136,13 @@ TEST_CASE("no spot that rays see as complex is called simple", "[photon][spot]")
   }
   SECTION("the same, each threshold for itself") {
     const auto mesh = hills(60, 1, 0.1, 7);
-    for (std::size_t i = 0; i < mesh->vertices.size(); ++i) mesh->vertex_K.push_back(static_cast<float>(300 + 4 * mesh->vertices[i].x));
-    const World world = world_of({plain(mesh, 0, 300), plain(box_mesh({-0.2, -0.2, 0}, {0.1, 0.1, 0.4}, false), 1, 301)});
+    for (std::size_t i = 0; i < mesh->vertices.size(); ++i)
+      mesh->vertex_K.push_back(static_cast<float>(300 + 4 * mesh->vertices[i].x));
+    const World world =
+        world_of({plain(mesh, 0, 300), plain(box_mesh({-0.2, -0.2, 0}, {0.1, 0.1, 0.4}, false), 1, 301)});
     for (int which = 0; which < 5; ++which) {
-      SpotThresholds only{std::nullopt, std::nullopt, std::nullopt, std::nullopt, std::nullopt, std::nullopt, std::nullopt};
+      SpotThresholds only{std::nullopt, std::nullopt, std::nullopt, std::nullopt,
+                          std::nullopt, std::nullopt, std::nullopt};
       if (which == 0) only.polygons = 3;
       if (which == 1) only.materials = 3;
       if (which == 2) only.normal = 0.3;
@@ -159,7 +166,8 @@ TEST_CASE("no spot that rays see as complex is called simple", "[photon][spot]")
     }
     Object turned = plain(mesh, 1, 300);
     turned.local_to_world = placement({0.1, 0.2, 0.3}, {0.5, 1.1, 2}, 0.7);
-    const World world = world_of({plain(mesh, 0, 300), turned, plain(parallelogram({-9, -9, -1}, {18, 0, 0}, {0, 18, 0}), 2, 300)});
+    const World world =
+        world_of({plain(mesh, 0, 300), turned, plain(parallelogram({-9, -9, -1}, {18, 0, 0}, {0, 18, 0}), 2, 300)});
     const Tally tally = compare(world, {}, {0, 0, 0}, 1, 3, 0.03, 1500, 16, 12);
     CHECK(tally.missed == 0);
     CHECK(tally.simple > 100);
@@ -172,8 +180,10 @@ TEST_CASE("no spot that rays see as complex is called simple", "[photon][spot]")
     for (int i = 0; i < 30; ++i) {
       const Vec3d at(2 * random.uniform() - 1, 2 * random.uniform() - 1, random.uniform());
       const double radius = 0.5 * std::pow(10, -2 * random.uniform());
-      if (i % 2) contents.sources.push_back({at, radius, {1}});
-      else contents.objects.push_back(grey_sphere(at, radius, i % 4 / 2, 1));
+      if (i % 2)
+        contents.sources.push_back({at, radius, {1}});
+      else
+        contents.objects.push_back(grey_sphere(at, radius, i % 4 / 2, 1));
     }
     const World world(std::move(contents));
     SpotThresholds thresholds;
@@ -187,7 +197,8 @@ TEST_CASE("no spot that rays see as complex is called simple", "[photon][spot]")
   }
   SECTION("ten thousand kilometres from the origin") {
     const Vec3d there(1e7, -2e7, 3e6);
-    Object ground = plain(hills(40, 1, 0.1, 7), 0, 300), box = plain(box_mesh({-0.2, -0.2, 0}, {0.1, 0.1, 0.4}, false), 1, 300);
+    Object ground = plain(hills(40, 1, 0.1, 7), 0, 300),
+           box = plain(box_mesh({-0.2, -0.2, 0}, {0.1, 0.1, 0.4}, false), 1, 300);
     ground.local_to_world = placement(there, {0, 0, 0.3}, 100);
     box.local_to_world = placement(there, {0.1, 0.2, 0.3}, 100);
     const World world = world_of({ground, box});
@@ -206,11 +217,13 @@ TEST_CASE("a vehicle behind a hill is not counted, nor is what a sphere hides", 
   CHECK(query(pinhole_spot({0, -5, 0}, {0, 1, 0}, 0.05, 0.05)) == Criterion::none);
   CHECK(query(pinhole_spot({0, 5, 0}, {0, -1, 0}, 0.05, 0.05)) != Criterion::none);
   // Beside it in depth, but buried: the ground reaches from 10 to 60 m, the object lies between.
-  const World buried = world_of({plain(box_mesh({-1, 30, -0.2}, {1, 32, -0.1}, false), 1), plain(parallelogram({-99, 0, 0}, {200, 0, 0}, {0, 300, 0}))});
+  const World buried = world_of({plain(box_mesh({-1, 30, -0.2}, {1, 32, -0.1}, false), 1),
+                                 plain(parallelogram({-99, 0, 0}, {200, 0, 0}, {0, 300, 0}))});
   SpotThresholds far;
   far.depth.reset();
   CHECK(SpotQuery(buried, far, 0)(pinhole_spot({0, 0, 1}, {0, 31, -1}, 0.01, 0.012)) == Criterion::none);
-  const World lying = world_of({plain(box_mesh({-1, 30, -0.2}, {1, 32, 0.001}, false), 1), plain(parallelogram({-99, 0, 0}, {200, 0, 0}, {0, 300, 0}))});
+  const World lying = world_of({plain(box_mesh({-1, 30, -0.2}, {1, 32, 0.001}, false), 1),
+                                plain(parallelogram({-99, 0, 0}, {200, 0, 0}, {0, 300, 0}))});
   CHECK(SpotQuery(lying, far, 0)(pinhole_spot({0, 0, 1}, {0, 31, -1}, 0.01, 0.012)) != Criterion::none);
 
   // Under one slope of a valley, higher than its bottom.
@@ -221,7 +234,8 @@ TEST_CASE("a vehicle behind a hill is not counted, nor is what a sphere hides", 
     const World world_below = world_of({plain(valley), plain(triangle({-1, 0.1, z}, {-0.9, 0.1, z}, {-1, 0.2, z}), 1)});
     SpotThresholds steep = far;
     steep.normal.reset();
-    CHECK(SpotQuery(world_below, steep, 0)(pinhole_spot({0.01, 0.02, 10}, {0, 0, -1}, 0.2, 0.2)) == (z < 0.5 ? Criterion::none : Criterion::polygons));
+    CHECK(SpotQuery(world_below, steep, 0)(pinhole_spot({0.01, 0.02, 10}, {0, 0, -1}, 0.2, 0.2)) ==
+          (z < 0.5 ? Criterion::none : Criterion::polygons));
   }
 
   WorldContents contents = empty_contents();
@@ -241,7 +255,8 @@ TEST_CASE("mirrors are looked into, each bounce up to the specular depth", "[pho
   WorldContents contents = empty_contents();
   contents.materials = {grey_material(0.1, 1), grey_material(0.9), grey_material(0.1, 1, 0.1)};
   // A mirror on the ground, a wire in front of the sky above it; a wall of mirror beyond.
-  contents.objects = {plain(parallelogram({-5, -5, 0}, {10, 0, 0}, {0, 10, 0}), 0), plain(triangle({-3, 2, 1}, {3, 2, 1}, {3, 2, 1.0001}), 1)};
+  contents.objects = {plain(parallelogram({-5, -5, 0}, {10, 0, 0}, {0, 10, 0}), 0),
+                      plain(triangle({-3, 2, 1}, {3, 2, 1}, {3, 2, 1.0001}), 1)};
   const auto ask = [&](const Vec3d& eye, const Vec3d& toward, int depth) {
     const World world(contents);
     return SpotQuery(world, {}, depth)(pinhole_spot(eye, toward, 0.02, 0.002));
@@ -265,7 +280,8 @@ TEST_CASE("mirrors are looked into, each bounce up to the specular depth", "[pho
   CHECK(ask(from, at - from, 2) == Criterion::reflection);
 
   // A ball of mirror: what stands beside the eye is seen in it.
-  contents.objects = {grey_sphere({0, 0, 0}, 1, 0, 1), plain(triangle({0.3, -6, 1}, {0.32, -6, 1}, {0.3, -6, 1.02}), 1)};
+  contents.objects = {grey_sphere({0, 0, 0}, 1, 0, 1),
+                      plain(triangle({0.3, -6, 1}, {0.32, -6, 1}, {0.3, -6, 1.02}), 1)};
   SpotThresholds wide;
   wide.normal = 0.3;
   const World round(contents);
@@ -281,7 +297,10 @@ TEST_CASE("mirrors are looked into, each bounce up to the specular depth", "[pho
       const SurfaceHit hit = round.surfaces().intersect(ray);
       if (hit.id.surface != 0) continue;
       const Vec3d n = round.surfaces().normal(hit.id, ray.at(hit.t));
-      seen = seen || round.surfaces().intersect({ray.at(hit.t), ray.direction - 2 * ray.direction.dot(n) * n, 1e-9, kInfinity}, hit.id).exists();
+      seen =
+          seen || round.surfaces()
+                      .intersect({ray.at(hit.t), ray.direction - 2 * ray.direction.dot(n) * n, 1e-9, kInfinity}, hit.id)
+                      .exists();
     }
     if (seen) CHECK(answer == Criterion::reflection);
     found += answer == Criterion::reflection;
@@ -328,7 +347,8 @@ TEST_CASE("unwelded meshes cover; folds, gaps, nets and backs count", "[photon][
 
 TEST_CASE("thresholds of none and one, emissivities and discs", "[photon][spot]") {
   const World empty = world_of({});
-  const Spot up = pinhole_spot({0, 0, 2}, {0, 0, 1}, 0.02, 0.02), down = pinhole_spot({0, 0, 2}, {0, 0, -1}, 0.02, 0.02);
+  const Spot up = pinhole_spot({0, 0, 2}, {0, 0, 1}, 0.02, 0.02),
+             down = pinhole_spot({0, 0, 2}, {0, 0, -1}, 0.02, 0.02);
   const World world = world_of({plain(parallelogram({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}))});
   SpotThresholds thresholds;
   CHECK(SpotQuery(empty, thresholds, 4)(up) == Criterion::none);
@@ -350,17 +370,21 @@ TEST_CASE("thresholds of none and one, emissivities and discs", "[photon][spot]"
   SpotThresholds angles;
   angles.depth.reset();
   CHECK(SpotQuery(World(contents), angles, 0)(pinhole_spot({0, 0, 2}, {0, 0, -1}, 0.02, 0.02)) == Criterion::none);
-  CHECK(SpotQuery(World(contents), angles, 0)(pinhole_spot({0, 0, 2}, {0, 3, -1}, 0.05, 0.05)) == Criterion::emissivity);
+  CHECK(SpotQuery(World(contents), angles, 0)(pinhole_spot({0, 0, 2}, {0, 3, -1}, 0.05, 0.05)) ==
+        Criterion::emissivity);
   CHECK(SpotQuery(World(contents), {}, 0)(up) == Criterion::polygons);  // the sun's disc
   CHECK(SpotQuery(World(contents), {}, 0)(pinhole_spot({0, 0, 2}, {0, 0, 1}, 0.001, 0.001)) == Criterion::none);
   CHECK(SpotQuery(World(contents), {}, 0)(pinhole_spot({0, 0, 2}, {0.1, 0, 1}, 0.02, 0.02)) == Criterion::none);
 }
 
 TEST_CASE("any number of threads gives the same answers", "[photon][spot]") {
-  const World world = world_of({plain(hills(200, 1, 0.1, 7), 0, 300), plain(box_mesh({-0.2, -0.2, 0}, {0.1, 0.1, 0.4}, false), 1, 300)});
+  const World world = world_of(
+      {plain(hills(200, 1, 0.1, 7), 0, 300), plain(box_mesh({-0.2, -0.2, 0}, {0.1, 0.1, 0.4}, false), 1, 300)});
   constexpr std::size_t kSpots = 64 * 64;
   const auto spot = [](std::size_t i) {
-    return pinhole_spot({0, -3, 1.5}, {0.02 * (static_cast<double>(i % 64) - 32), 3, -1.5 + 0.02 * (static_cast<double>(i / 64) - 32)}, 0.003, 0.003);
+    return pinhole_spot(
+        {0, -3, 1.5}, {0.02 * (static_cast<double>(i % 64) - 32), 3, -1.5 + 0.02 * (static_cast<double>(i / 64) - 32)},
+        0.003, 0.003);
   };
   std::vector<Criterion> one(kSpots), several(kSpots);
   // The index, too, is made by whoever comes first.

@@ -52,7 +52,8 @@ const auto one = [](const Vec3d&) { return 1.0; };
 
 /// Mean over places; `where` gives a place and a way of looking at it.
 template <class Where>
-Moments irradiance(const World& world, const PhotonMap& map, int count, const Where& where, const GatherSettings& settings = {}) {
+Moments irradiance(const World& world, const PhotonMap& map, int count, const Where& where,
+                   const GatherSettings& settings = {}) {
   Stream random(4, 0, 0);
   Moments result;
   for (int i = 0; i < count; ++i) {
@@ -95,7 +96,8 @@ WorldContents square_of(double side) {
 
 }  // namespace
 
-TEST_CASE("kernels over the disc integrate to 1, and their points are as dense as they are high", "[photon][surface_density]") {
+TEST_CASE("kernels over the disc integrate to 1, and their points are as dense as they are high",
+          "[photon][surface_density]") {
   for (const Kernel kernel : {Kernel::constant, Kernel::epanechnikov, Kernel::cone, Kernel::gaussian}) {
     double sum = 0;
     constexpr int kSteps = 100000;
@@ -104,7 +106,8 @@ TEST_CASE("kernels over the disc integrate to 1, and their points are as dense a
     CHECK(obscura::detail::disc_kernel(kernel, 1) == 0);
     // Mean of 1 / kernel over its points is the disc's area; the mean of u is that under the kernel.
     double mean_u = 0, kernel_u = 0;
-    for (const obscura::detail::DiscPoint& point : obscura::detail::disc_points(kernel)) mean_u += (point.x * point.x + point.y * point.y) / obscura::detail::kRoundPoints;
+    for (const obscura::detail::DiscPoint& point : obscura::detail::disc_points(kernel))
+      mean_u += (point.x * point.x + point.y * point.y) / obscura::detail::kRoundPoints;
     for (int i = 0; i < kSteps; ++i) {
       const double u = (i + 0.5) / kSteps;
       kernel_u += kPi * obscura::detail::disc_kernel(kernel, u) * u / kSteps;
@@ -123,11 +126,15 @@ TEST_CASE("an even plane has its irradiance, with every kernel and number of nei
       GatherSettings settings;
       settings.kernel = kernel;
       settings.nearest = nearest;
-      const Moments mean = irradiance(world, map, 1500, [](Stream& random) {
-        const double x = 2 + 6 * random.uniform();
-        return Look{{x, 2 + 6 * random.uniform(), 1}, kDown};
-      }, settings);
-      INFO("kernel " << static_cast<int>(kernel) << ", k = " << nearest << ": " << mean.mean() << " +- " << mean.standard_error());
+      const Moments mean = irradiance(
+          world, map, 1500,
+          [](Stream& random) {
+            const double x = 2 + 6 * random.uniform();
+            return Look{{x, 2 + 6 * random.uniform(), 1}, kDown};
+          },
+          settings);
+      INFO("kernel " << static_cast<int>(kernel) << ", k = " << nearest << ": " << mean.mean() << " +- "
+                     << mean.standard_error());
       // Places share photons, hence a bound in place of the standard error: k / (k - 1) would show at 16.
       CHECK(mean.mean() == Approx(kIrradiance).epsilon(0.02));
       CHECK(std::sqrt(mean.variance()) < 2.0 * kIrradiance / std::sqrt(nearest));
@@ -135,7 +142,8 @@ TEST_CASE("an even plane has its irradiance, with every kernel and number of nei
   }
 }
 
-TEST_CASE("batches are shares of the value, weights see where light travels, bias is small where all is even", "[photon][surface_density]") {
+TEST_CASE("batches are shares of the value, weights see where light travels, bias is small where all is even",
+          "[photon][surface_density]") {
   const World world(square_of(10));
   Landed landed{world, {}, Stream(9, 0, 0)};
   landed.lay(100000, {0, 0, 0}, {10, 0, 0}, {0, 10, 0}, kIrradiance);
@@ -146,7 +154,8 @@ TEST_CASE("batches are shares of the value, weights see where light travels, bia
   for (const double batch : all.batch) mean += batch / kBatches;
   CHECK(all.value == Approx(mean).epsilon(1e-12));
   CHECK(all.photons == GatherSettings{}.nearest - 1);
-  const Estimate down = surface_estimate(world, 0, map, at, [](const Vec3d& w) { return w.z < -0.99 ? 0.25 : 100.0; }, {}, Vec3d(0));
+  const Estimate down = surface_estimate(
+      world, 0, map, at, [](const Vec3d& w) { return w.z < -0.99 ? 0.25 : 100.0; }, {}, Vec3d(0));
   CHECK(down.value == Approx(0.25 * all.value).epsilon(1e-12));
   // The same photons, ten times as many emitted.
   const PhotonMap tenth(landed.photons, Vec3d(0), Vec3d(0), 10);
@@ -155,7 +164,9 @@ TEST_CASE("batches are shares of the value, weights see where light travels, bia
   Stream random(1, 0, 0);
   for (int i = 0; i < 400; ++i) {
     const double x = 2 + 6 * random.uniform();
-    bias.add(surface_estimate(world, 0, map, seen(world, {x, 2 + 6 * random.uniform(), 1}, kDown), one, {}, Vec3d(i, 0, 0)).bias);
+    bias.add(
+        surface_estimate(world, 0, map, seen(world, {x, 2 + 6 * random.uniform(), 1}, kDown), one, {}, Vec3d(i, 0, 0))
+            .bias);
   }
   CHECK(std::abs(bias.mean()) < 0.05 * kIrradiance);
 }
@@ -163,11 +174,19 @@ TEST_CASE("batches are shares of the value, weights see where light travels, bia
 TEST_CASE("a plane's edge and corner are as bright as its middle", "[photon][surface_density]") {
   const World world(square_of(10));
   const auto lay = [](Landed& landed) { landed.lay(20000, {0, 0, 0}, {10, 0, 0}, {0, 10, 0}, kIrradiance); };
-  check_within(many_times(world, 40, lay, [](Stream& random) { return Look{{1e-6, 1 + 8 * random.uniform(), 1}, kDown}; }), kIrradiance, 0.03);
-  check_within(many_times(world, 60, lay, [](Stream& random) {
-    const double x = 0.02 * random.uniform();
-    return Look{{x, 0.02 * random.uniform(), 1}, kDown};
-  }, 20), kIrradiance, 0.08);
+  check_within(many_times(world, 40, lay,
+                          [](Stream& random) {
+                            return Look{{1e-6, 1 + 8 * random.uniform(), 1}, kDown};
+                          }),
+               kIrradiance, 0.03);
+  check_within(many_times(
+                   world, 60, lay,
+                   [](Stream& random) {
+                     const double x = 0.02 * random.uniform();
+                     return Look{{x, 0.02 * random.uniform(), 1}, kDown};
+                   },
+                   20),
+               kIrradiance, 0.08);
 }
 
 TEST_CASE("a small square with fewer photons than are asked for has its mean irradiance", "[photon][surface_density]") {
@@ -178,9 +197,9 @@ TEST_CASE("a small square with fewer photons than are asked for has its mean irr
     landed.lay(40, {0, 0, 0}, {0.3, 0, 0}, {0, 0.3, 0}, kIrradiance);
     const PhotonMap map(landed.photons);
     mean.add(irradiance(world, map, 5, [](Stream& random) {
-      const double x = 0.05 + 0.2 * random.uniform();
-      return Look{{x, 0.05 + 0.2 * random.uniform(), 1}, kDown};
-    }).mean());
+               const double x = 0.05 + 0.2 * random.uniform();
+               return Look{{x, 0.05 + 0.2 * random.uniform(), 1}, kDown};
+             }).mean());
   }
   INFO(mean.mean() << " +- " << mean.standard_error());
   CHECK(mean.mean() == Approx(kIrradiance).epsilon(0.05));
@@ -196,9 +215,15 @@ TEST_CASE("in a corner of two walls each keeps its own light", "[photon][surface
   };
   for (const double from_wall : {1e-6, 0.02, 0.1}) {
     INFO("at " << from_wall);
-    check_within(many_times(world, 20, lay, [&](Stream& random) { return Look{{from_wall, 0.5 + 3 * random.uniform(), 1}, kDown}; }),
+    check_within(many_times(world, 20, lay,
+                            [&](Stream& random) {
+                              return Look{{from_wall, 0.5 + 3 * random.uniform(), 1}, kDown};
+                            }),
                  kIrradiance, 0.04);
-    check_within(many_times(world, 20, lay, [&](Stream& random) { return Look{{1, 0.5 + 3 * random.uniform(), from_wall}, {-1, 0, 0}}; }),
+    check_within(many_times(world, 20, lay,
+                            [&](Stream& random) {
+                              return Look{{1, 0.5 + 3 * random.uniform(), from_wall}, {-1, 0, 0}};
+                            }),
                  5 * kIrradiance, 0.04);
   }
 }
@@ -221,11 +246,13 @@ TEST_CASE("an even sphere has its irradiance outside and inside", "[photon][surf
       }
     };
     INFO((inside ? "inside" : "outside"));
-    check_within(many_times(world, 15, lay, [&](Stream& random) {
-      const double u = random.uniform();
-      const Vec3d out = uniform_direction(u, random.uniform());
-      return inside ? Look{Vec3d(0), out} : Look{2.0 * out, -out};
-    }), kIrradiance, 0.02);
+    check_within(many_times(world, 15, lay,
+                            [&](Stream& random) {
+                              const double u = random.uniform();
+                              const Vec3d out = uniform_direction(u, random.uniform());
+                              return inside ? Look{Vec3d(0), out} : Look{2.0 * out, -out};
+                            }),
+                 kIrradiance, 0.02);
   }
 }
 
@@ -265,7 +292,9 @@ TEST_CASE("photons behind a wall do not count, and the wall takes no light away"
     const auto lay = [&](Landed& landed) {
       landed.lay(20000, {2 + thickness, 0, 0}, {2 - thickness, 0, 0}, {0, 4, 0}, kIrradiance);
     };
-    const auto at = [](double x) { return [x](Stream& random) { return Look{{x, 0.5 + 3 * random.uniform(), 0.5}, kDown}; }; };
+    const auto at = [](double x) {
+      return [x](Stream& random) { return Look{{x, 0.5 + 3 * random.uniform(), 0.5}, kDown}; };
+    };
     CHECK(many_times(world, 2, lay, at(1.999)).mean() == 0);
     CHECK(many_times(world, 2, lay, at(1.95)).mean() == 0);
     INFO("thickness " << thickness);

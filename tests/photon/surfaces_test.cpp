@@ -90,7 +90,8 @@ TEST_CASE("spheres far from the origin and seen from afar are as exact as near o
   CHECK(compare(random_spheres(50, 10, 1, Vec3d(0), 5), Vec3d(0), 1e7, 2000, 1e-5) > 1000);
 }
 
-TEST_CASE("a ray that starts in a sphere does not see it; one that starts on it sees no other side", "[photon][surfaces]") {
+TEST_CASE("a ray that starts in a sphere does not see it; one that starts on it sees no other side",
+          "[photon][surfaces]") {
   const std::vector<HotSphere> list = {{{0, 0, 0}, 1, {1}}, {{5, 0, 0}, 1, {1}}, {{0, 0, 0}, 0.25, {1}}};
   const Surfaces spheres({}, list, {0, 0, 0});
   SurfaceHit hit = spheres.intersect({{0.5, 0, 0}, {1, 0, 0}, 0, kInfinity});
@@ -128,7 +129,8 @@ namespace {
 /// A bumpy sheet of 2 n n triangles over [0, 1]^2, facing up.
 std::shared_ptr<const Mesh> sheet(std::uint32_t n, double height) {
   return test::sheet_mesh(n, [=](std::uint32_t i, std::uint32_t j) {
-    return Vec3d(double(i) / n, double(j) / n, height * voxel_noise(7, Vec3i(static_cast<int>(i), static_cast<int>(j), 0)));
+    return Vec3d(double(i) / n, double(j) / n,
+                 height * voxel_noise(7, Vec3i(static_cast<int>(i), static_cast<int>(j), 0)));
   });
 }
 
@@ -181,7 +183,8 @@ TEST_CASE("the first triangle is that of a search through all, turned, scaled an
     Stream random(11, 0, 0);
     for (int i = 0; i < 6; ++i) {
       const Vec3d where(random.uniform(), random.uniform(), random.uniform());
-      objects.push_back(placed(mesh, there + 3.0 * where, 6.0 * Vec3d(random.uniform(), random.uniform(), random.uniform()),
+      objects.push_back(placed(mesh, there + 3.0 * where,
+                               6.0 * Vec3d(random.uniform(), random.uniform(), random.uniform()),
                                0.5 + random.uniform()));
     }
     const Surfaces surfaces(objects, {}, there + Vec3d(1.5));
@@ -247,7 +250,8 @@ TEST_CASE("no ray slips between the triangles of a closed or a bumpy surface", "
     const double a = int(1 + 39 * random.uniform()) / 40.0;
     const double b = i % 2 ? int(1 + 39 * random.uniform()) / 40.0 : 0.02 + 0.96 * random.uniform();
     const Vec3d at = transform_point(objects[0].local_to_world, Vec3d(a, b, 0.02));
-    const Vec3d up = transform_direction(objects[0].local_to_world, Vec3d(0.01 * random.uniform(), 0.01, 1)).normalized();
+    const Vec3d up =
+        transform_direction(objects[0].local_to_world, Vec3d(0.01 * random.uniform(), 0.01, 1)).normalized();
     missed += !surfaces.intersect({at + up, -up, 0, kInfinity}).exists();
   }
   CHECK(missed == 0);

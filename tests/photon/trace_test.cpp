@@ -2,7 +2,6 @@
 #include "photon/trace.h"
 
 #include <catch2/catch.hpp>
-
 #include <set>
 
 #include "tests/support/agree.h"
@@ -46,7 +45,8 @@ Stored stored(const TraceResult& result) {
   for (const Photon& photon : result.photons) {
     s.all[photon.batch] += static_cast<double>(photon.power);
     s.first += photon.collisions == 0;
-    if (photon.collisions < s.power.size()) s.power[photon.collisions][photon.batch] += static_cast<double>(photon.power);
+    if (photon.collisions < s.power.size())
+      s.power[photon.collisions][photon.batch] += static_cast<double>(photon.power);
   }
   return s;
 }
@@ -80,7 +80,8 @@ double view_factor(double distance) {
 
 }  // namespace
 
-TEST_CASE("light of the direct set is stored from the second collision, all other light from the first", "[photon][trace]") {
+TEST_CASE("light of the direct set is stored from the second collision, all other light from the first",
+          "[photon][trace]") {
   CloudWish wish;
   wish.voxels = Vec3i(8);
   wish.voxel_m = 0.5;
@@ -99,7 +100,8 @@ TEST_CASE("light of the direct set is stored from the second collision, all othe
     settings.sources.*source = true;
     return trace_photons(world, 0, settings);
   };
-  for (bool SourceSelection::*source : {&SourceSelection::emission, &SourceSelection::particles, &SourceSelection::beams}) {
+  for (bool SourceSelection::*source :
+       {&SourceSelection::emission, &SourceSelection::particles, &SourceSelection::beams}) {
     const TraceResult result = trace(source);
     CHECK(stored(result).first > 500);
     CHECK(result.photons.size() > stored(result).first);
@@ -112,7 +114,8 @@ TEST_CASE("light of the direct set is stored from the second collision, all othe
   }
 }
 
-TEST_CASE("a beam through an absorbing slab collides, is absorbed and escapes as the exponential says", "[photon][trace]") {
+TEST_CASE("a beam through an absorbing slab collides, is absorbed and escapes as the exponential says",
+          "[photon][trace]") {
   const World world = beam_world(slab(1, 0));
   TraceSettings settings;
   settings.photons = 400000;
@@ -164,7 +167,8 @@ TEST_CASE("in a thick medium the power of the n-th collision is the albedo's n-t
     if (n == 0) {
       CHECK(mean.mean == Approx(expected).epsilon(1e-5));
     } else {
-      CHECK(agree(mean.mean, mean.standard_error, expected, {.resolution = 0.06, .comparisons = 4, .degrees_of_freedom = 15}));
+      CHECK(agree(mean.mean, mean.standard_error, expected,
+                  {.resolution = 0.06, .comparisons = 4, .degrees_of_freedom = 15}));
     }
   }
   // All collisions: 1 / (1 - albedo); photons survive with their power, or not at all.
@@ -192,7 +196,8 @@ TEST_CASE("a limit to the scatterings cuts histories off and says how much power
     for (const Photon& photon : result.photons) deepest = std::max<int>(deepest, photon.collisions);
     CHECK(deepest == depth - 1);  // light that has scattered `depth` times does not scatter once more into a ray
     const BatchMean cut = of(result.energy.truncated);
-    CHECK(agree(cut.mean, cut.standard_error, 5 * std::pow(0.6, depth + 1), {.resolution = 0.15, .comparisons = 3, .degrees_of_freedom = 15}));
+    CHECK(agree(cut.mean, cut.standard_error, 5 * std::pow(0.6, depth + 1),
+                {.resolution = 0.15, .comparisons = 3, .degrees_of_freedom = 15}));
   }
 }
 
@@ -326,10 +331,13 @@ TEST_CASE("a cancelled trace is partial", "[photon][trace]") {
   CHECK(result.emitted < 100000);
   std::atomic<std::uint64_t> last{0};
   std::atomic<bool> right_total{true};
-  const Progress listen([&](std::string_view, std::uint64_t done, std::uint64_t total) {
-    for (std::uint64_t known = last; known < done && !last.compare_exchange_weak(known, done);) {}
-    if (total != 100000) right_total = false;
-  }, nullptr);
+  const Progress listen(
+      [&](std::string_view, std::uint64_t done, std::uint64_t total) {
+        for (std::uint64_t known = last; known < done && !last.compare_exchange_weak(known, done);) {
+        }
+        if (total != 100000) right_total = false;
+      },
+      nullptr);
   CHECK(!trace_photons(beam_world(slab(1, 0.5)), 0, settings, {}, listen).partial);
   CHECK(last == 100000);
   CHECK(right_total);
@@ -371,7 +379,8 @@ TraceSettings of_count(std::uint64_t count) {
 
 }  // namespace
 
-TEST_CASE("in a closed box all light ends on its walls, and lands as often as they reflect", "[photon][trace][surfaces]") {
+TEST_CASE("in a closed box all light ends on its walls, and lands as often as they reflect",
+          "[photon][trace][surfaces]") {
   // Light of faces is stored from its second landing on: r + r^2 + ... of what is emitted.
   for (const double specular : {0.0, 1.0, 0.5}) {
     WorldContents contents = empty_contents();
@@ -384,7 +393,8 @@ TEST_CASE("in a closed box all light ends on its walls, and lands as often as th
     CHECK(sum(energy.surface) == Approx(sum(energy.emitted)).epsilon(1e-9));
     CHECK(sum(energy.escaped) == 0);
     const BatchMean stored = landed(result);
-    CHECK(agree(stored.mean, stored.standard_error, 1.5, {.resolution = 0.06, .comparisons = 3, .degrees_of_freedom = 15}));
+    CHECK(agree(stored.mean, stored.standard_error, 1.5,
+                {.resolution = 0.06, .comparisons = 3, .degrees_of_freedom = 15}));
   }
 }
 
@@ -414,7 +424,8 @@ TEST_CASE("nets let their share of photons through, and stop the rest", "[photon
   Material net = grey_material(1);
   net.permeable = 0.3;
   contents.materials = {grey_material(1), net};
-  contents.objects = {grey_sphere({0, 0, 0}, 1, 0, 5), grey_sphere({0.2, 0, 0}, 3, 1, 0), grey_sphere({0, 0.1, 0}, 4, 1, 0)};
+  contents.objects = {grey_sphere({0, 0, 0}, 1, 0, 5), grey_sphere({0.2, 0, 0}, 3, 1, 0),
+                      grey_sphere({0, 0.1, 0}, 4, 1, 0)};
   const World world(contents);
   const EnergyTally energy = balanced(trace_photons(world, 0, of_count(200000)));
   CHECK(sum(energy.emitted) == Approx(5 * kPi * 4 * kPi).epsilon(1e-9));

@@ -20,12 +20,14 @@ bool close(double value, double reference) {
 TEST_CASE("segment functions keep 1e-13 from 1e-300 to 1e300", "[photon][transfer]") {
   const test::Csv csv(OBSCURA_TEST_DATA_DIR "/reference/h1_exp_functions.csv");
   REQUIRE(csv.size() > 25);
-  test::Verified verified("h1_exp_functions.csv", "segment functions", "all four functions of every row, tau from 1e-300 to 1e300", "1e-13");
+  test::Verified verified("h1_exp_functions.csv", "segment functions",
+                          "all four functions of every row, tau from 1e-300 to 1e300", "1e-13");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     const double tau = csv.number(i, "tau");
     INFO("tau " << tau);
-    for (const auto& [value, column] : {std::pair(one_minus_exp(tau), "one_minus_exp"), std::pair(mean_transmission(tau), "mean_trans"),
-                                        std::pair(w_far(tau), "w_far"), std::pair(w_near(tau), "w_near")}) {
+    for (const auto& [value, column] :
+         {std::pair(one_minus_exp(tau), "one_minus_exp"), std::pair(mean_transmission(tau), "mean_trans"),
+          std::pair(w_far(tau), "w_far"), std::pair(w_near(tau), "w_near")}) {
       if (csv.number(i, column) > 1e-307) verified.within(value, csv.number(i, column), 1e-13);
     }
     CHECK(close(one_minus_exp(tau), csv.number(i, "one_minus_exp")));

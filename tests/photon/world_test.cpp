@@ -14,9 +14,7 @@ using namespace obscura::test;
 
 namespace {
 
-double noise_density(const Vec3i& v) {
-  return voxel_noise(3, v, 1) < 0.3 ? 0.0 : voxel_noise(3, v, 2);
-}
+double noise_density(const Vec3i& v) { return voxel_noise(3, v, 1) < 0.3 ? 0.0 : voxel_noise(3, v, 2); }
 
 CloudWish noisy(double extinction = 0.4) {
   CloudWish wish;
@@ -178,8 +176,7 @@ TEST_CASE("the source is uniform only where it is one number in every cloud", "[
   const World world(std::move(contents));
   CHECK(!world.uniform_source(0));
   const double absorption = 3 * 0.1 * 0.5 + 4 * 0.2 * 0.75;
-  CHECK(world.at(0, {2.5, 4, 4}).emission ==
-        Approx(absorption * world.bands()[0].planck(0, 400)).epsilon(1e-8));
+  CHECK(world.at(0, {2.5, 4, 4}).emission == Approx(absorption * world.bands()[0].planck(0, 400)).epsilon(1e-8));
 }
 
 TEST_CASE("behind the clouds are the sky and the sun's disc with its irradiance", "[photon][world]") {
@@ -232,7 +229,8 @@ TEST_CASE("an empty cloud and no cloud at all leave rays as they are", "[photon]
   wish.density = [](const Vec3i&) { return 0.0; };
   CloudWish periodic = wish;
   periodic.period_m = {20, 20};
-  for (const World& world : {world_of({}, 1.5), world_of({make_cloud(wish)}, 1.5), world_of({make_cloud(periodic)}, 1.5)}) {
+  for (const World& world :
+       {world_of({}, 1.5), world_of({make_cloud(wish)}, 1.5), world_of({make_cloud(periodic)}, 1.5)}) {
     const Ray ray{{-5, 4, 4}, {1, 0, 0}, 0, kInfinity};
     double depth = -1;
     world.optical_depths(0, {&ray, 1}, {&depth, 1});
@@ -268,7 +266,8 @@ TEST_CASE("a World that kernels could not serve is refused with cause and remedy
     settings.tolerance = 0;
     Cloud wide = make_cloud({});
     wide.octree = std::make_shared<const Octree>(
-        build_octree(field_stream(Box3i(Vec3i(0), Vec3i(8)), names, [](int, const Vec3i&) { return 1.0f; }), settings).first);
+        build_octree(field_stream(Box3i(Vec3i(0), Vec3i(8)), names, [](int, const Vec3i&) { return 1.0f; }), settings)
+            .first);
     if (channels == 16) {
       CHECK_NOTHROW(world_of({wide}));
     } else {

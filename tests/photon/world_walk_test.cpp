@@ -37,8 +37,9 @@ struct Placed {
   /// Without octree or World: the inverse placement and the voxel's own density.
   LocalOptics at(const Vec3d& x) const {
     const Vec3d index = transform_point(place.inverse(), x) / voxel_m;
-    const double d = static_cast<double>(static_cast<float>(density(
-        Vec3i(static_cast<int>(std::floor(index.x)), static_cast<int>(std::floor(index.y)), static_cast<int>(std::floor(index.z))))));
+    const double d = static_cast<double>(
+        static_cast<float>(density(Vec3i(static_cast<int>(std::floor(index.x)), static_cast<int>(std::floor(index.y)),
+                                         static_cast<int>(std::floor(index.z))))));
     return {d * extinction, d * extinction * albedo, d * extinction * (1 - albedo) * source};
   }
 };
@@ -130,8 +131,10 @@ TEST_CASE("segments of 2 to 5 overlapping clouds are what points along the ray s
       double alone = 0;
       int clouds_met = 0;
       for (const Cloud& cloud : clouds) {
-        const double part = optical_depth(*cloud.octree, transform_ray(cloud.octree->local_to_index(), transform_ray(cloud.local_to_world.inverse(), ray)),
-                                          std::vector<double>{cloud.media[0].extinction[0]});
+        const double part = optical_depth(
+            *cloud.octree,
+            transform_ray(cloud.octree->local_to_index(), transform_ray(cloud.local_to_world.inverse(), ray)),
+            std::vector<double>{cloud.media[0].extinction[0]});
         alone += part;
         clouds_met += part > 0;
       }
@@ -230,8 +233,9 @@ TEST_CASE("a ray in a face or along a period's border is in one cell only", "[ph
   // Homogeneous: every way through the layer has its length as depth, on borders and edges too.
   for (const Vec3d& through : {Vec3d(0, 0, 4), Vec3d(8, 8, 4), Vec3d(-16, 3, 4), Vec3d(4, 8, 4)}) {
     CHECK(depth(world, {through - Vec3d(0, 0, 10), {0, 0, 1}, 0, kInfinity}) == Approx(8));
-    for (const Vec3d& d : {Vec3d(1, 0, 0), Vec3d(-1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, -1, 0), Vec3d(1, 1, 0).normalized(),
-                           Vec3d(-1, 1, 0).normalized(), Vec3d(-1e-12, 1, 0), Vec3d(1, -1e-300, 0)}) {
+    for (const Vec3d& d :
+         {Vec3d(1, 0, 0), Vec3d(-1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, -1, 0), Vec3d(1, 1, 0).normalized(),
+          Vec3d(-1, 1, 0).normalized(), Vec3d(-1e-12, 1, 0), Vec3d(1, -1e-300, 0)}) {
       CHECK(depth(world, {through, d, 0, 50}) == Approx(50));
       CHECK(depth(world, {through, d, 7, 50}) == Approx(43));
     }

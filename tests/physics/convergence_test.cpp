@@ -1,8 +1,8 @@
 // Errors fall with what they cost as theory says: photon/METHODS.md, "How errors fall". Each judgement has a wrong
 // input beside it that it refuses. build/convergence_bench prints the slopes with more repetitions.
-#include <catch2/catch.hpp>
-
 #include "tests/support/convergence.h"
+
+#include <catch2/catch.hpp>
 
 using namespace obscura;
 using namespace obscura::test;
@@ -38,14 +38,18 @@ TEST_CASE("with k as N^(4/7) the density estimate's error falls as N^(-2/7)", "[
   CHECK_FALSE(is_slope(slope_of(density_total({}, 64, 0, 200)), -2.0 / 7, 0.04));
 }
 
-TEST_CASE("ordinates converge faster than with the square of their cells, and far faster with their order", "[physics][convergence]") {
+TEST_CASE("ordinates converge faster than with the square of their cells, and far faster with their order",
+          "[physics][convergence]") {
   CHECK(is_slope(slope_of(ordinates_in_cells()), -2.5, 0.3));
   CHECK(is_slope(slope_of(ordinates_in_angle(0)), -5, 0.6));
   // A slab that is a little thicker is another problem: it does not converge to this one.
   std::vector<ErrorAt> other;
   for (const int cells : {8, 16, 32, 64}) {
-    other.push_back({static_cast<double>(cells), reflected(cells, 12, 0.5, 0, AngularQuadrature::double_gauss, 2.01) /
-                                                         reflected(128, 12, 0.5, 0, AngularQuadrature::double_gauss) - 1, 0});
+    other.push_back({static_cast<double>(cells),
+                     reflected(cells, 12, 0.5, 0, AngularQuadrature::double_gauss, 2.01) /
+                             reflected(128, 12, 0.5, 0, AngularQuadrature::double_gauss) -
+                         1,
+                     0});
   }
   CHECK_FALSE(is_slope(slope_of(other), -2.5, 0.3));
 }

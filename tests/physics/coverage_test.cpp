@@ -46,7 +46,8 @@ TEST_CASE("over 200 seeds the batch error's interval holds the mean in 90 to 98 
   CHECK(static_cast<double>(halved_inside) / total < 0.90);
 }
 
-TEST_CASE("over 200 seeds the pixels' intervals hold the path tracer's values in 90 to 98 per cent", "[physics][coverage][path]") {
+TEST_CASE("over 200 seeds the pixels' intervals hold the path tracer's values in 90 to 98 per cent",
+          "[physics][coverage][path]") {
   WorldContents contents = grey_contents(rough_wish(0.9, 0.6), 0.3);
   contents.sun = Sun{Vec3d(0.3, -0.5, 0.8).normalized(), {3}, 0.01};
   const World world(std::move(contents));
@@ -99,10 +100,12 @@ TEST_CASE("over 200 seeds the pixels' intervals hold the path tracer's values in
     const Light light = trace_light(world, trace);
     RadianceSettings radiance;
     radiance.seed = seed;
-    by_map.add(render(world, light.maps, camera, {.max_oversampling = 8, .seed = seed}, radiance).film, truth, truth_error);
+    by_map.add(render(world, light.maps, camera, {.max_oversampling = 8, .seed = seed}, radiance).film, truth,
+               truth_error);
     radiance.gather_bounces = 1;
     radiance.gather.rounds = 2;
-    by_gather.add(render(world, light.maps, camera, {.max_oversampling = 8, .seed = seed}, radiance).film, truth, truth_error);
+    by_gather.add(render(world, light.maps, camera, {.max_oversampling = 8, .seed = seed}, radiance).film, truth,
+                  truth_error);
     by_paths.add(paths(4, 8, seed), truth, truth_error);
     SamplerSettings adaptive;
     adaptive.max_oversampling = 16;
@@ -113,8 +116,8 @@ TEST_CASE("over 200 seeds the pixels' intervals hold the path tracer's values in
     by_adaptive.add(rendered.film, truth, truth_error);
     adaptive_rays += rendered.film.rays();
   }
-  for (const auto& [name, count] : {std::pair{"map", by_map}, std::pair{"final gather", by_gather}, std::pair{"paths", by_paths},
-                                   std::pair{"adaptive", by_adaptive}}) {
+  for (const auto& [name, count] : {std::pair{"map", by_map}, std::pair{"final gather", by_gather},
+                                    std::pair{"paths", by_paths}, std::pair{"adaptive", by_adaptive}}) {
     const double share = double(count.inside) / count.total;
     INFO(name << ": inside " << share << ", with half the error " << double(count.halved_inside) / count.total);
     CHECK(share > 0.90);

@@ -1,8 +1,8 @@
 // The same bits for any number of threads, and another image for another seed.
-#include <catch2/catch.hpp>
-
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
+
+#include <catch2/catch.hpp>
 
 #include "sensor/render.h"
 #include "tests/support/worlds.h"
@@ -62,11 +62,11 @@ TEST_CASE("image, photons and tallies are the same bits with 1, 2 and 7 threads"
     CHECK(many.energy.absorbed == one.energy.absorbed);
     CHECK(many.energy.escaped == one.energy.escaped);
     REQUIRE(many.photons.size() == one.photons.size());
-    CHECK(std::equal(one.photons.begin(), one.photons.end(), many.photons.begin(),
-                     [](const Photon& a, const Photon& b) {
-                       return a.position == b.position && a.direction == b.direction && a.power == b.power &&
-                              a.batch == b.batch && a.collisions == b.collisions;
-                     }));
+    CHECK(
+        std::equal(one.photons.begin(), one.photons.end(), many.photons.begin(), [](const Photon& a, const Photon& b) {
+          return a.position == b.position && a.direction == b.direction && a.power == b.power && a.batch == b.batch &&
+                 a.collisions == b.collisions;
+        }));
   }
   CHECK(run(2, 2).radiance != one.radiance);
 }

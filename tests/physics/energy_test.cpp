@@ -113,9 +113,9 @@ TEST_CASE("parts of the light that are switched off one by one add up to the who
   RadianceSettings settings;
   const double whole = ray_radiance(world, light, ray, 200, settings).mean;
   double sum = 0;
-  for (bool RadianceParts::*part : {&RadianceParts::background, &RadianceParts::emission, &RadianceParts::sun,
-                                    &RadianceParts::sky, &RadianceParts::surfaces, &RadianceParts::spheres,
-                                    &RadianceParts::map}) {
+  for (bool RadianceParts::*part :
+       {&RadianceParts::background, &RadianceParts::emission, &RadianceParts::sun, &RadianceParts::sky,
+        &RadianceParts::surfaces, &RadianceParts::spheres, &RadianceParts::map}) {
     RadianceSettings one = settings;
     one.parts = {false, true, false, false, false, false, false, false};
     one.parts.*part = true;
@@ -145,9 +145,9 @@ TEST_CASE("photons of sources that are switched off one by one add up to all pho
   };
   const BatchMean whole = absorbed({});
   double sum = 0, error2 = 0;
-  for (bool SourceSelection::*source : {&SourceSelection::emission, &SourceSelection::sun, &SourceSelection::sky,
-                                        &SourceSelection::spheres, &SourceSelection::particles, &SourceSelection::beams,
-                                        &SourceSelection::surfaces}) {
+  for (bool SourceSelection::*source :
+       {&SourceSelection::emission, &SourceSelection::sun, &SourceSelection::sky, &SourceSelection::spheres,
+        &SourceSelection::particles, &SourceSelection::beams, &SourceSelection::surfaces}) {
     SourceSelection one{false, false, false, false, false, false, false};
     one.*source = true;
     const BatchMean part = absorbed(one);

@@ -22,11 +22,11 @@ constexpr double kBackground = 1.25;  // I0 of the tables
 Csv table(const char* name) { return reference_table(name); }
 
 /// Gathers for VERIFICATION.md what the checks beside it demand.
-Verified verified_walk(const char* file, const char* what, const char* asked) { return {file, "octree walk", what, asked}; }
-
-double relative(double value, double reference) {
-  return std::abs(value - reference) / std::abs(reference);
+Verified verified_walk(const char* file, const char* what, const char* asked) {
+  return {file, "octree walk", what, asked};
 }
+
+double relative(double value, double reference) { return std::abs(value - reference) / std::abs(reference); }
 
 Ray row_ray(const Csv& csv, std::size_t i, double t_min = 0, double t_max = kInfinity) {
   return line(Vec3d(csv.number(i, "ox"), csv.number(i, "oy"), csv.number(i, "oz")),
@@ -46,9 +46,7 @@ template <class F>
 Octree column(int n, double length, std::vector<std::string> channels, F&& f, double shift = 0) {
   return lossless(field_stream(
       Box3i(Vec3i(0, 0, 0), Vec3i(1, 1, n)), std::move(channels),
-      [=](int channel, const Vec3i& v) {
-        return static_cast<float>(f(channel, (v.z + 0.5 + shift) / n));
-      },
+      [=](int channel, const Vec3i& v) { return static_cast<float>(f(channel, (v.z + 0.5 + shift) / n)); },
       scaled(Vec3d(1, 1, length / n))));
 }
 
@@ -67,13 +65,14 @@ TEST_CASE("a2: a box is exact along any ray", "[physics][ray]") {
   const Csv csv = table("a2_box_rays.csv");
   const auto box = [](const Vec3i& voxels) {
     return lossless(field_stream(
-        Box3i(Vec3i(0, 0, 0), voxels), {"density"}, [](int, const Vec3i&) { return 1.0f; },
-        scaled(Vec3d(0.5))));
+        Box3i(Vec3i(0, 0, 0), voxels), {"density"}, [](int, const Vec3i&) { return 1.0f; }, scaled(Vec3d(0.5))));
   };
   const Octree tree = box({4, 2, 1});
   const Octree wrong = box({4, 2, 2});
   int wrong_rows = 0;
-  Verified verified = verified_walk("a2_box_rays.csv", "depth and radiance of every ray but one in an upper face (outside: boxes are half open)", "1e-12");
+  Verified verified =
+      verified_walk("a2_box_rays.csv",
+                    "depth and radiance of every ray but one in an upper face (outside: boxes are half open)", "1e-12");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     const Ray ray = row_ray(csv, i);
     INFO("row " << i);
@@ -100,8 +99,7 @@ TEST_CASE("a6: layers are exact", "[physics][ray]") {
     const std::vector<double> tau = csv.numbers(i, "tau_list"), source = csv.numbers(i, "B_list");
     const int n = static_cast<int>(tau.size());
     // The layer's number, from which depth and source are looked up in double: exact.
-    const Octree numbered =
-        column(n, n, {"layer"}, [n](int, double share) { return std::floor(share * n) + 1; });
+    const Octree numbered = column(n, n, {"layer"}, [n](int, double share) { return std::floor(share * n) + 1; });
     const auto layer = [](const Walk& w) { return static_cast<std::size_t>(w.value(0)); };
     const auto k = [&](const Walk& w) { return layer(w) ? tau[layer(w) - 1] : 0.0; };
     const auto b = [&](const Walk& w) { return layer(w) ? source[layer(w) - 1] : 0.0; };
@@ -130,15 +128,10 @@ TEST_CASE("a6: layers are exact", "[physics][ray]") {
 TEST_CASE("a9: the walk gives the voxel field's exact integral", "[physics][ray]") {
   const Csv csv = table("a9_voxel_step_field.csv");
   Verified verified = verified_walk("a9_voxel_step_field.csv", "depth and radiance of every ray", "1e-11");
-  const auto number = [](const Vec3i& v) {
-    return static_cast<float>((7 * v.x + 13 * v.y + 29 * v.z) % 11);
-  };
-  const auto source = [](const Vec3i& v) {
-    return static_cast<float>(1 + (v.x + 2 * v.y + 3 * v.z) % 5);
-  };
-  const Octree tree =
-      lossless(field_stream(Box3i(Vec3i(0, 0, 0), Vec3i(8, 8, 8)), {"k10", "B"},
-                            [&](int c, const Vec3i& v) { return c == 0 ? number(v) : source(v); }));
+  const auto number = [](const Vec3i& v) { return static_cast<float>((7 * v.x + 13 * v.y + 29 * v.z) % 11); };
+  const auto source = [](const Vec3i& v) { return static_cast<float>(1 + (v.x + 2 * v.y + 3 * v.z) % 5); };
+  const Octree tree = lossless(field_stream(Box3i(Vec3i(0, 0, 0), Vec3i(8, 8, 8)), {"k10", "B"},
+                                            [&](int c, const Vec3i& v) { return c == 0 ? number(v) : source(v); }));
   REQUIRE(csv.size() == 10);
   for (std::size_t i = 0; i < csv.size(); ++i) {
     INFO("ray " << i);
@@ -207,7 +200,8 @@ TEST_CASE("a1: chords of a voxelised sphere converge at first order or better", 
     std::snprintf(text, sizeof text, "%sb %g: %.2f", found.empty() ? "" : ", ", b, order);
     found += text;
   }
-  Verified verified = verified_walk("a1_sphere_chord.csv", "order of convergence of chords, voxels 1/8 to 1/64", "1 (grazing 1/2); radiance of the voxels' chord 1e-12");
+  Verified verified = verified_walk("a1_sphere_chord.csv", "order of convergence of chords, voxels 1/8 to 1/64",
+                                    "1 (grazing 1/2); radiance of the voxels' chord 1e-12");
   verified.within(1, 1, 1);
   verified.note("order at " + found);
 
@@ -225,18 +219,17 @@ TEST_CASE("a1: chords of a voxelised sphere converge at first order or better", 
   }
 }
 
-TEST_CASE("a3: a source linear in depth converges at second order, linear weights are exact",
-          "[physics][ray]") {
+TEST_CASE("a3: a source linear in depth converges at second order, linear weights are exact", "[physics][ray]") {
   const Csv csv = table("a3_linear_source_slab.csv");
-  Verified verified = verified_walk("a3_linear_source_slab.csv", "linear weights at node values, every row; voxels are of order 2 +- 0.1", "1e-12");
+  Verified verified = verified_walk("a3_linear_source_slab.csv",
+                                    "linear weights at node values, every row; voxels are of order 2 +- 0.1", "1e-12");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     const double tau = csv.number(i, "tau"), b0 = csv.number(i, "B0"), b1 = csv.number(i, "B1");
     const double reference = csv.number(i, "I_noback");
     INFO("tau " << tau << ", B " << b0 << " to " << b1);
     const auto radiance = [&](int n, double shift) {
       const Octree tree = column(
-          n, 1, {"density", "B"},
-          [&](int c, double share) { return c == 0 ? 1.0 : b0 + (b1 - b0) * share; }, shift);
+          n, 1, {"density", "B"}, [&](int c, double share) { return c == 0 ? 1.0 : b0 + (b1 - b0) * share; }, shift);
       return gather(
                  tree, kUp, [tau](const Walk& w) { return tau * w.value(0); }, channel(1))
           .radiance;
@@ -271,8 +264,10 @@ TEST_CASE("a3: a source linear in depth converges at second order, linear weight
 
 TEST_CASE("a4: a linear temperature converges at second order", "[physics][ray]") {
   const Csv csv = table("a4_linear_temperature_planck.csv");
-  Verified verified = verified_walk("a4_linear_temperature_planck.csv", "256 voxels against I_exact, every row; order 2 +- 0.1", "1e-4");
-  Verified linear = verified_walk("a4_linear_temperature_planck.csv", "one segment of linear B against I_linB, every row", "1e-12");
+  Verified verified = verified_walk("a4_linear_temperature_planck.csv",
+                                    "256 voxels against I_exact, every row; order 2 +- 0.1", "1e-4");
+  Verified linear =
+      verified_walk("a4_linear_temperature_planck.csv", "one segment of linear B against I_linB, every row", "1e-12");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     const double t0 = csv.number(i, "T0_K"), t1 = csv.number(i, "T1_K"), tau = csv.number(i, "tau");
     const double um = csv.number(i, "lambda_m") * 1e6;
@@ -281,9 +276,7 @@ TEST_CASE("a4: a linear temperature converges at second order", "[physics][ray]"
     const auto radiance = [&](int n, double shift) {
       const Octree tree = column(
           n, 1, {"K"}, [&](int, double share) { return t0 + (t1 - t0) * share; }, shift);
-      return gather(tree, kUp, constant(tau),
-                    [um](const Walk& w) { return planck_spectral(um, w.value(0)); })
-          .radiance;
+      return gather(tree, kUp, constant(tau), [um](const Walk& w) { return planck_spectral(um, w.value(0)); }).radiance;
     };
     std::vector<double> errors, shifted;
     for (const int n : {64, 128, 256}) {
@@ -298,17 +291,18 @@ TEST_CASE("a4: a linear temperature converges at second order", "[physics][ray]"
     const LinearSourceWeights w = linear_source_weights(tau);
     CHECK(w.near * planck_spectral(um, t0) + w.far * planck_spectral(um, t1) ==
           Approx(1e-6 * csv.number(i, "I_linB")).epsilon(1e-12));
-    linear.within(w.near * planck_spectral(um, t0) + w.far * planck_spectral(um, t1), 1e-6 * csv.number(i, "I_linB"), 1e-12);
+    linear.within(w.near * planck_spectral(um, t0) + w.far * planck_spectral(um, t1), 1e-6 * csv.number(i, "I_linB"),
+                  1e-12);
     verified.within(radiance(256, 0), reference, 1e-4);
     // Single precision of the temperature is worth 5e-7 of the radiance.
     CHECK(errors.back() < 1e-4);
   }
 }
 
-TEST_CASE("a5: linear extinction is exact in depth and second order in radiance",
-          "[physics][ray]") {
+TEST_CASE("a5: linear extinction is exact in depth and second order in radiance", "[physics][ray]") {
   const Csv csv = table("a5_linear_extinction.csv");
-  Verified verified = verified_walk("a5_linear_extinction.csv", "depth of every row, single-precision voxels; radiance of order 2 +- 0.2", "1e-7");
+  Verified verified = verified_walk("a5_linear_extinction.csv",
+                                    "depth of every row, single-precision voxels; radiance of order 2 +- 0.2", "1e-7");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     const double k0 = csv.number(i, "k0"), k1 = csv.number(i, "k1"), d = csv.number(i, "D");
     INFO("k " << k0 << " to " << k1 << " over " << d << " m");
@@ -316,8 +310,7 @@ TEST_CASE("a5: linear extinction is exact in depth and second order in radiance"
     for (const int n : {256, 512, 1024}) {
       const auto make = [&](double shift) {
         return column(
-            n, d, {"k", "B"},
-            [&](int c, double share) { return c == 0 ? k0 + (k1 - k0) * share : 1 + 2 * share; },
+            n, d, {"k", "B"}, [&](int c, double share) { return c == 0 ? k0 + (k1 - k0) * share : 1 + 2 * share; },
             shift);
       };
       const Octree tree = make(0);
@@ -325,12 +318,9 @@ TEST_CASE("a5: linear extinction is exact in depth and second order in radiance"
       CHECK(depth_along(tree, kUp) == Approx(csv.number(i, "tau")).epsilon(1e-7));
       verified.within(depth_along(tree, kUp), csv.number(i, "tau"), 1e-7);
       const Gathered iso = gather(tree, kUp, channel(0), constant(kSource));
-      CHECK(iso.radiance + iso.transmission() * kBackground ==
-            Approx(csv.number(i, "I_isoB")).epsilon(1e-7));
-      errors.push_back(
-          relative(gather(tree, kUp, channel(0), channel(1)).radiance, csv.number(i, "I_linB")));
-      shifted.push_back(relative(gather(make(0.5), kUp, channel(0), channel(1)).radiance,
-                                 csv.number(i, "I_linB")));
+      CHECK(iso.radiance + iso.transmission() * kBackground == Approx(csv.number(i, "I_isoB")).epsilon(1e-7));
+      errors.push_back(relative(gather(tree, kUp, channel(0), channel(1)).radiance, csv.number(i, "I_linB")));
+      shifted.push_back(relative(gather(make(0.5), kUp, channel(0), channel(1)).radiance, csv.number(i, "I_linB")));
     }
     if (errors.back() > 2e-7) {
       for (const double order : orders(errors)) CHECK(order == Approx(2).margin(0.2));
@@ -340,10 +330,11 @@ TEST_CASE("a5: linear extinction is exact in depth and second order in radiance"
   }
 }
 
-TEST_CASE("a8: an exponential atmosphere is exact from voxel means, second order from middles",
-          "[physics][ray]") {
+TEST_CASE("a8: an exponential atmosphere is exact from voxel means, second order from middles", "[physics][ray]") {
   const Csv csv = table("a8_exponential_atmosphere.csv");
-  Verified verified = verified_walk("a8_exponential_atmosphere.csv", "depth from voxel means, every row, single precision; middles are of order 2 +- 0.05", "1e-7");
+  Verified verified =
+      verified_walk("a8_exponential_atmosphere.csv",
+                    "depth from voxel means, every row, single precision; middles are of order 2 +- 0.05", "1e-7");
   for (std::size_t i = 0; i < csv.size(); ++i) {
     const double k0 = csv.number(i, "k0"), height = csv.number(i, "H"), mu = csv.number(i, "mu");
     const double tau = csv.number(i, "tau");
@@ -387,11 +378,10 @@ struct Blob {
   double sigma;
 };
 
-const std::vector<std::vector<Blob>> kBlobs = {
-    {{1, {0, 0, 0}, 0.5}},
-    {{4, {0.3, -0.2, 0.1}, 0.25}, {2, {-0.4, 0.3, 0}, 0.6}},
-    {{1e-10, {0, 0, 0}, 1}},
-    {{1e4, {0, 0, 0}, 1}}};
+const std::vector<std::vector<Blob>> kBlobs = {{{1, {0, 0, 0}, 0.5}},
+                                               {{4, {0.3, -0.2, 0.1}, 0.25}, {2, {-0.4, 0.3, 0}, 0.6}},
+                                               {{1e-10, {0, 0, 0}, 1}},
+                                               {{1e4, {0, 0, 0}, 1}}};
 
 // The blobs on a lattice of n^3 voxels of width h, each voxel with its exact mean.
 Octree blob_tree(const std::vector<Blob>& blobs, int n, double h, const Vec3d& corner) {
@@ -402,9 +392,8 @@ Octree blob_tree(const std::vector<Blob>& blobs, int n, double h, const Vec3d& c
     for (int axis = 0; axis < 3; ++axis) {
       for (int i = 0; i < n; ++i) {
         const double low = corner[axis] + h * i - blobs[b].centre[axis];
-        means[b][static_cast<std::size_t>(axis)].push_back(
-            blobs[b].sigma * std::sqrt(kPi / 2) *
-            (std::erf((low + h) * scale) - std::erf(low * scale)) / h);
+        means[b][static_cast<std::size_t>(axis)].push_back(blobs[b].sigma * std::sqrt(kPi / 2) *
+                                                           (std::erf((low + h) * scale) - std::erf(low * scale)) / h);
       }
     }
   }
@@ -413,9 +402,7 @@ Octree blob_tree(const std::vector<Blob>& blobs, int n, double h, const Vec3d& c
       [&](int, const Vec3i& v) {
         double sum = 0;
         for (std::size_t b = 0; b < blobs.size(); ++b) {
-          const auto at = [&](std::size_t axis, int i) {
-            return means[b][axis][static_cast<std::size_t>(i)];
-          };
+          const auto at = [&](std::size_t axis, int i) { return means[b][axis][static_cast<std::size_t>(i)]; };
           sum += blobs[b].k0 * at(0, v.x) * at(1, v.y) * at(2, v.z);
         }
         return static_cast<float>(sum);
@@ -426,8 +413,7 @@ Octree blob_tree(const std::vector<Blob>& blobs, int n, double h, const Vec3d& c
 // Mean error of the depth over nine places of the lattice beside the ray, over the depth. A single
 // line sees the voxels beside it and errs to first order, by either sign; the mean is second order.
 // @param offset moves the field against its lattice, in voxels
-double mean_error(const std::vector<Blob>& blobs, const Ray& ray, double tau, int n,
-                  double offset) {
+double mean_error(const std::vector<Blob>& blobs, const Ray& ray, double tau, int n, double offset) {
   const double h = 7.0 / n;
   Moments error;
   for (int a = 0; a < 3; ++a) {
@@ -477,7 +463,8 @@ TEST_CASE("a7: lines through Gaussian blobs converge at second order", "[physics
   }
   const double order = 0.5 * std::log2(coarse.mean() / fine.mean());
   CHECK(order == Approx(2).margin(0.1));
-  Verified verified = verified_walk("a7_gaussian_blob_lines.csv", "order of convergence over all lines, 36 and 72 voxels", "2 +- 0.1");
+  Verified verified =
+      verified_walk("a7_gaussian_blob_lines.csv", "order of convergence over all lines, 36 and 72 voxels", "2 +- 0.1");
   verified.within(order, 2, 0.1);
   char text[60];
   std::snprintf(text, sizeof text, "order %.3f", order);

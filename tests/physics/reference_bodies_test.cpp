@@ -39,8 +39,10 @@ Ray chord(double radius, double distance, const Numbers& u) {
 
 TEST_CASE("b1, b2: spheres of voxels emit and let out what the tables say", "[physics][reference][sphere]") {
   // 48 voxels across: their border costs up to 0.5 %, what index.csv allows a solver on voxels.
-  const Csv inner = reference_table("b1_sphere_internal_source.csv"), thermal = reference_table("b2_sphere_isothermal_scattering.csv");
-  Verified escape("b1_sphere_internal_source.csv", kPhotons, "P_escape and mean fluence, R from 0.1 to 10; 48 voxels across", "0.5 % + 5 SE");
+  const Csv inner = reference_table("b1_sphere_internal_source.csv"),
+            thermal = reference_table("b2_sphere_isothermal_scattering.csv");
+  Verified escape("b1_sphere_internal_source.csv", kPhotons,
+                  "P_escape and mean fluence, R from 0.1 to 10; 48 voxels across", "0.5 % + 5 SE");
   for (std::size_t row = 0; row < inner.size(); ++row) {
     const auto number = [&](const char* column) { return inner.number(row, column); };
     const double radius = number("R");
@@ -66,22 +68,30 @@ TEST_CASE("b1, b2: spheres of voxels emit and let out what the tables say", "[ph
     CHECK(mean.standard_error < 0.025 * number("phi_avg"));
   }
 
-  for (const auto& [file, csv, unit] : {std::tuple("b1_sphere_internal_source.csv", &inner, 4 * kPi), std::tuple("b2_sphere_isothermal_scattering.csv", &thermal, 1.0)}) {
+  for (const auto& [file, csv, unit] : {std::tuple("b1_sphere_internal_source.csv", &inner, 4 * kPi),
+                                        std::tuple("b2_sphere_isothermal_scattering.csv", &thermal, 1.0)}) {
     const bool source = unit > 1;
-    Verified radiances(file, kPaths, "radiances at cosines 0.5, 0.7, 1, R from 0.1 to 5; 64 voxels across", "1 % + 5 SE, SE < 6 %");
+    Verified radiances(file, kPaths, "radiances at cosines 0.5, 0.7, 1, R from 0.1 to 5; 64 voxels across",
+                       "1 % + 5 SE, SE < 6 %");
     for (std::size_t row = 0; row < csv->size(); ++row) {
       const double radius = csv->number(row, "R"), albedo = csv->number(row, "w");
       if (radius < 0.05 || radius > 6) continue;
       WorldContents contents = sphere_contents(radius, albedo, hg(0), 64);
-      if (source) contents.clouds[0].emission = {1 / (4 * kPi)};
-      else contents.clouds[0].source = {1};
+      if (source)
+        contents.clouds[0].emission = {1 / (4 * kPi)};
+      else
+        contents.clouds[0].source = {1};
       const World world(std::move(contents));
       for (const char* mu : {"0.5", "0.7", "1"}) {
-        const double cosine = std::atof(mu), reference = csv->number(row, (source ? "L4pi_mu" : "L_mu") + std::string(mu));
+        const double cosine = std::atof(mu),
+                     reference = csv->number(row, (source ? "L4pi_mu" : "L_mu") + std::string(mu));
         INFO(file << " R " << radius << ", w " << albedo << ", mu " << mu);
-        const BatchMean found = scaled(path_average(world, 960, row, [&](const auto& u) {
-                                         return WeightedRay{chord(radius, std::sqrt(1 - cosine * cosine), u), 1};
-                                       }), unit);
+        const BatchMean found =
+            scaled(path_average(world, 960, row,
+                                [&](const auto& u) {
+                                  return WeightedRay{chord(radius, std::sqrt(1 - cosine * cosine), u), 1};
+                                }),
+                   unit);
         CHECK(radiances.within(found.mean, reference, 0.01 + 5 * found.standard_error / reference));
         CHECK(found.standard_error < 0.06 * reference);
       }
@@ -95,7 +105,8 @@ TEST_CASE("b2: a sphere of voxels converges", "[physics][reference][sphere]") {
   std::size_t row = 0;
   while (csv.number(row, "R") != 2 || csv.number(row, "w") != 0.5) ++row;
   const double reference = csv.number(row, "emissivity");
-  Verified verified("b2_sphere_isothermal_scattering.csv", kPaths, "emissivity of R = 2, w = 0.5 with 8, 16, 32 and 64 voxels across", "1 % at 32 and 64");
+  Verified verified("b2_sphere_isothermal_scattering.csv", kPaths,
+                    "emissivity of R = 2, w = 0.5 with 8, 16, 32 and 64 voxels across", "1 % at 32 and 64");
   std::vector<double> errors;
   double last_error = 0;
   for (const int voxels : {8, 16, 32, 64}) {
@@ -116,12 +127,14 @@ TEST_CASE("b2: a sphere of voxels converges", "[physics][reference][sphere]") {
   for (std::size_t i = 1; i < 3; ++i) CHECK(std::abs(errors[i]) < 0.6 * std::abs(errors[i - 1]) + 3 * last_error);
   CHECK(std::abs(errors[3]) < 3 * last_error + 0.001);
   char text[160];
-  std::snprintf(text, sizeof text, "off by %+.2f, %+.2f, %+.2f, %+.2f %% (+- %.2f)", 100 * errors[0], 100 * errors[1], 100 * errors[2],
-                100 * errors[3], 100 * last_error);
+  std::snprintf(text, sizeof text, "off by %+.2f, %+.2f, %+.2f, %+.2f %% (+- %.2f)", 100 * errors[0], 100 * errors[1],
+                100 * errors[2], 100 * errors[3], 100 * last_error);
   verified.note(text);
 
   // The limb, where a chord runs along the border.
-  Verified limb("b1_sphere_internal_source.csv", kPaths, "radiance at cosine 0.3 of R = 1, w = 0.5 with 16, 32, 64 and 128 voxels across", "2 % at 128, falling");
+  Verified limb("b1_sphere_internal_source.csv", kPaths,
+                "radiance at cosine 0.3 of R = 1, w = 0.5 with 16, 32, 64 and 128 voxels across",
+                "2 % at 128, falling");
   const Csv inner = reference_table("b1_sphere_internal_source.csv");
   row = 0;
   while (inner.number(row, "R") != 1 || inner.number(row, "w") != 0.5) ++row;
@@ -130,7 +143,9 @@ TEST_CASE("b2: a sphere of voxels converges", "[physics][reference][sphere]") {
     WorldContents contents = sphere_contents(1, 0.5, hg(0), voxels);
     contents.clouds[0].emission = {1 / (4 * kPi)};
     const World world(std::move(contents));
-    const BatchMean found = path_average(world, 24000, 7, [&](const auto& u) { return WeightedRay{chord(1, std::sqrt(1 - 0.09), u), 1}; });
+    const BatchMean found = path_average(world, 24000, 7, [&](const auto& u) {
+      return WeightedRay{chord(1, std::sqrt(1 - 0.09), u), 1};
+    });
     errors.push_back(4 * kPi * found.mean / inner.number(row, "L4pi_mu0.3") - 1);
     last_error = found.standard_error / found.mean;
     if (voxels == 128) CHECK(limb.within(4 * kPi * found.mean, inner.number(row, "L4pi_mu0.3"), 0.02));
@@ -138,29 +153,33 @@ TEST_CASE("b2: a sphere of voxels converges", "[physics][reference][sphere]") {
   INFO("limb " << errors[0] << " " << errors[1] << " " << errors[2] << " " << errors[3] << " +- " << last_error);
   for (std::size_t i = 1; i < 4; ++i) CHECK(std::abs(errors[i]) < 0.8 * std::abs(errors[i - 1]));
   CHECK(last_error < 0.003);
-  std::snprintf(text, sizeof text, "off by %+.2f, %+.2f, %+.2f, %+.2f %% (+- %.2f)", 100 * errors[0], 100 * errors[1], 100 * errors[2],
-                100 * errors[3], 100 * last_error);
+  std::snprintf(text, sizeof text, "off by %+.2f, %+.2f, %+.2f, %+.2f %% (+- %.2f)", 100 * errors[0], 100 * errors[1],
+                100 * errors[2], 100 * errors[3], 100 * last_error);
   limb.note(text);
 }
 
 TEST_CASE("e4: spheres in even light and in a beam", "[physics][reference][sphere]") {
   const Csv totals = reference_table("e4_sphere_totals.csv"), angles = reference_table("e4_sphere_angles.csv");
-  Verified photons("e4_sphere_totals.csv", kPhotons, "unscattered, scattered, absorbed; 64 voxels across", "0.5 % + 5 SE");
+  Verified photons("e4_sphere_totals.csv", kPhotons, "unscattered, scattered, absorbed; 64 voxels across",
+                   "0.5 % + 5 SE");
   for (std::size_t first : {0, 4, 9, 13}) {
     const auto number = [&](std::size_t i, const char* column) { return totals.number(first + i, column); };
     const double radius = number(0, "R");
     const bool sky = totals.text(first, "illum") == "iso";
     INFO("radius " << radius << (sky ? " sky" : " beam"));
     WorldContents contents = sphere_contents(radius, number(0, "w"), hg(number(0, "g")), 64);
-    if (sky) contents.sky = {1};
-    else contents.sun = Sun{Vec3d(1, 2, 2).normalized(), {1}, 0};
+    if (sky)
+      contents.sky = {1};
+    else
+      contents.sun = Sun{Vec3d(1, 2, 2).normalized(), {1}, 0};
     const World world(std::move(contents));
     TraceSettings settings;
     settings.photons = 100000;
     const TraceResult traced = trace_photons(world, 0, settings);
     const double incident = (sky ? 4 * kPi : 1) * kPi * radius * radius;
     BatchTally absorbed = traced.energy.absorbed, collisions{};
-    for (const Photon& photon : traced.photons) collisions[photon.batch] += kBatches * static_cast<double>(photon.power) / incident;
+    for (const Photon& photon : traced.photons)
+      collisions[photon.batch] += kBatches * static_cast<double>(photon.power) / incident;
     for (double& value : absorbed) value *= kBatches / incident;
     const BatchMean a = batch_mean(absorbed), n = batch_mean(collisions);
     CHECK(photons.within(a.mean, number(2, "value"), 0.005 + 5 * a.standard_error / number(2, "value")));
@@ -170,17 +189,23 @@ TEST_CASE("e4: spheres in even light and in a beam", "[physics][reference][spher
     CHECK(a.standard_error < 0.02 * number(2, "value"));
   }
 
-  Verified bins("e4_sphere_angles.csv", kPaths, "bins by the normal in even light (all, scattered), by the beam's angle (scattered)", "1.5 % + 5 SE, SE < 8 % (forward 10 degrees of R = 10: 15 %)");
+  Verified bins("e4_sphere_angles.csv", kPaths,
+                "bins by the normal in even light (all, scattered), by the beam's angle (scattered)",
+                "1.5 % + 5 SE, SE < 8 % (forward 10 degrees of R = 10: 15 %)");
   for (const char* name : {"sph_A", "sph_B"}) {
     for (const bool sky : {true, false}) {
       std::size_t first = 0;
       while (angles.text(first, "case") != name || angles.text(first, "illum") != (sky ? "iso" : "col")) ++first;
       const double radius = angles.number(first, "R");
       WorldContents contents = sphere_contents(radius, angles.number(first, "w"), hg(angles.number(first, "g")), 64);
-      if (sky) contents.sky = {1};
-      else contents.sun = Sun{Vec3d(0, 0, 1), {1}, 0};
+      if (sky)
+        contents.sky = {1};
+      else
+        contents.sun = Sun{Vec3d(0, 0, 1), {1}, 0};
       const World world(std::move(contents));
-      for (std::size_t row = first; row < angles.size() && angles.text(row, "case") == name && angles.text(row, "illum") == (sky ? "iso" : "col"); ++row) {
+      for (std::size_t row = first; row < angles.size() && angles.text(row, "case") == name &&
+                                    angles.text(row, "illum") == (sky ? "iso" : "col");
+           ++row) {
         const std::string& kind = angles.text(row, "kind");
         if (kind == "normal_scattered") continue;
         const double low = angles.number(row, "a_deg") * kPi / 180, high = angles.number(row, "b_deg") * kPi / 180;
@@ -189,24 +214,32 @@ TEST_CASE("e4: spheres in even light and in a beam", "[physics][reference][spher
         BatchMean found;
         if (kind == "normal_all") {
           const double inner = std::sin(low) * std::sin(low), outer = std::sin(high) * std::sin(high);
-          found = scaled(path_average(world, 2880, row, [&](const auto& u) {
-                           return WeightedRay{chord(radius, std::sqrt(inner + (outer - inner) * u[3]), u), 1};
-                         }), outer - inner);
+          found =
+              scaled(path_average(world, 2880, row,
+                                  [&](const auto& u) {
+                                    return WeightedRay{chord(radius, std::sqrt(inner + (outer - inner) * u[3]), u), 1};
+                                  }),
+                     outer - inner);
         } else {
           const double solid = 2 * kPi * (std::cos(low) - std::cos(high));
-          found = scaled(path_average(world, 9600, row, [&](const auto& u) {
-                           const double cosine = std::cos(low) + u[0] * (std::cos(high) - std::cos(low)), phi = 2 * kPi * u[1];
-                           const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
-                           const Vec3d travels(sine * std::cos(phi), sine * std::sin(phi), -cosine);  // the beam goes down
-                           const auto [x, y] = uniform_disc(u[2], u[3]);
-                           const auto [a, b] = orthonormal_basis(travels);
-                           const Vec3d through = 1.05 * radius * (x * a + y * b);
-                           return WeightedRay{{through + 2 * radius * travels, -travels, 0, kInfinity}, 1.05 * 1.05};
-                         }), solid);
+          found = scaled(
+              path_average(
+                  world, 9600, row,
+                  [&](const auto& u) {
+                    const double cosine = std::cos(low) + u[0] * (std::cos(high) - std::cos(low)), phi = 2 * kPi * u[1];
+                    const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
+                    const Vec3d travels(sine * std::cos(phi), sine * std::sin(phi), -cosine);  // the beam goes down
+                    const auto [x, y] = uniform_disc(u[2], u[3]);
+                    const auto [a, b] = orthonormal_basis(travels);
+                    const Vec3d through = 1.05 * radius * (x * a + y * b);
+                    return WeightedRay{{through + 2 * radius * travels, -travels, 0, kInfinity}, 1.05 * 1.05};
+                  }),
+              solid);
         }
         // Nearly all that goes on forward has grazed the border of the thick sphere, which voxels thicken.
         const double allowed = kind == "lab_scattered" && high < 0.2 && radius > 5 ? 0.15 : 0.015;
-        CHECK(bins.within(found.mean, reference, allowed + 5 * std::hypot(found.standard_error, angles.number(row, "stderr")) / reference));
+        CHECK(bins.within(found.mean, reference,
+                          allowed + 5 * std::hypot(found.standard_error, angles.number(row, "stderr")) / reference));
         CHECK(found.standard_error < 0.08 * reference);
       }
     }
@@ -215,12 +248,15 @@ TEST_CASE("e4: spheres in even light and in a beam", "[physics][reference][spher
 
 TEST_CASE("e2: boxes let light out of every side", "[physics][reference][box]") {
   const Csv csv = reference_table("e2_boxes.csv");
-  Verified photons("e2_boxes.csv", kPhotons, "every side, T and A of P1 to P3, R + T and A of P4", "SE < 0.4 % of the light each, 0.3 % together");
-  Verified paths("e2_boxes.csv", kPaths, "every side, R and T of P1 to P4", "SE < 1.5 % of the light each, 0.5 % together");
+  Verified photons("e2_boxes.csv", kPhotons, "every side, T and A of P1 to P3, R + T and A of P4",
+                   "SE < 0.4 % of the light each, 0.3 % together");
+  Verified paths("e2_boxes.csv", kPaths, "every side, R and T of P1 to P4",
+                 "SE < 1.5 % of the light each, 0.5 % together");
   const auto boxes = [&](const std::string& name) {
     if (name == "box_P1") return box_contents({1, 1, 1}, 1, {{10, 0.9}}, hg(0), [](const Vec3i&) { return 0; });
     if (name == "box_P2") return box_contents({1, 1, 1}, 1, {{20, 1}}, hg(0.85), [](const Vec3i&) { return 0; });
-    return box_contents({4, 4, 4}, 0.25, {{2, 0.99}, {18, 0.9}}, hg(0.5), [](const Vec3i& v) { return (v.x + v.y + v.z) % 2; });
+    return box_contents({4, 4, 4}, 0.25, {{2, 0.99}, {18, 0.9}}, hg(0.5),
+                        [](const Vec3i& v) { return (v.x + v.y + v.z) % 2; });
   };
   for (const char* name : {"box_P1", "box_P2", "box_P3"}) {
     WorldContents contents = boxes(name);
@@ -234,10 +270,12 @@ TEST_CASE("e2: boxes let light out of every side", "[physics][reference][box]") 
     }
     const World world(std::move(contents));
     const double incident = std::cos(angle), e = 1e-3;
-    const std::pair<const char*, FluxRectangle> sides[] = {
-        {"R", {{0.5, 0.5, 1 + e}, {1, 0, 0}, {0, 1, 0}}},          {"T", {{0.5, 0.5, -e}, {0, 1, 0}, {1, 0, 0}}},
-        {"side_xmin", {{-e, 0.5, 0.5}, {0, 0, 1}, {0, 1, 0}}},     {"side_xmax", {{1 + e, 0.5, 0.5}, {0, 1, 0}, {0, 0, 1}}},
-        {"side_ymin", {{0.5, -e, 0.5}, {1, 0, 0}, {0, 0, 1}}},     {"side_ymax", {{0.5, 1 + e, 0.5}, {0, 0, 1}, {1, 0, 0}}}};
+    const std::pair<const char*, FluxRectangle> sides[] = {{"R", {{0.5, 0.5, 1 + e}, {1, 0, 0}, {0, 1, 0}}},
+                                                           {"T", {{0.5, 0.5, -e}, {0, 1, 0}, {1, 0, 0}}},
+                                                           {"side_xmin", {{-e, 0.5, 0.5}, {0, 0, 1}, {0, 1, 0}}},
+                                                           {"side_xmax", {{1 + e, 0.5, 0.5}, {0, 1, 0}, {0, 0, 1}}},
+                                                           {"side_ymin", {{0.5, -e, 0.5}, {1, 0, 0}, {0, 0, 1}}},
+                                                           {"side_ymax", {{0.5, 1 + e, 0.5}, {0, 0, 1}, {1, 0, 0}}}};
     std::vector<FluxRectangle> rectangles;
     for (const auto& side : sides) rectangles.push_back(side.second);
     std::vector<std::vector<double>> out(7);
@@ -263,7 +301,8 @@ TEST_CASE("e2: boxes let light out of every side", "[physics][reference][box]") 
       if (s == 6) continue;
       const Vec3d normal = rectangles[s].side_u.cross(rectangles[s].side_v);
       const BatchMean found = path_average(world, 9600, 10 + s, [&](const auto& u) {
-        const Vec3d place = rectangles[s].center - 0.5 * e * normal + (u[2] - 0.5) * rectangles[s].side_u + (u[3] - 0.5) * rectangles[s].side_v;
+        const Vec3d place = rectangles[s].center - 0.5 * e * normal + (u[2] - 0.5) * rectangles[s].side_u +
+                            (u[3] - 0.5) * rectangles[s].side_v;
         return WeightedRay{{place, -cosine_direction(normal, u[0], u[1]), 0, kInfinity}, kPi / incident};
       });
       // Sunlight itself on the faces that it comes out of: no path finds a sun without size.
@@ -275,7 +314,9 @@ TEST_CASE("e2: boxes let light out of every side", "[physics][reference][box]") 
         std::vector<double> depths(kPoints);
         for (std::uint32_t i = 0; i < kPoints; ++i) {
           const auto u = numbers.point(i);
-          rays.push_back({rectangles[s].center + (u[0] - 0.5) * rectangles[s].side_u + (u[1] - 0.5) * rectangles[s].side_v, world.suns()[0].toward, 0, kInfinity});
+          rays.push_back(
+              {rectangles[s].center + (u[0] - 0.5) * rectangles[s].side_u + (u[1] - 0.5) * rectangles[s].side_v,
+               world.suns()[0].toward, 0, kInfinity});
         }
         world.optical_depths(0, rays, depths);
         Stream stream(1, 0, 0);
@@ -287,15 +328,19 @@ TEST_CASE("e2: boxes let light out of every side", "[physics][reference][box]") 
     }
   }
 
-  WorldContents contents = box_contents({2, 2, 2}, 0.5, {{8, 0.95}}, hg(0), [](const Vec3i& v) { return (v.x + v.y + v.z) % 2 - 1; });
+  WorldContents contents =
+      box_contents({2, 2, 2}, 0.5, {{8, 0.95}}, hg(0), [](const Vec3i& v) { return (v.x + v.y + v.z) % 2 - 1; });
   contents.clouds[0].media[0].channel = 0;
-  contents.clouds[0].octree = exact_octree(lattice({2, 2, 2}, Vec3d(0.5), {"density"}, [](int, const Vec3i& v) { return (v.x + v.y + v.z) % 2 ? 1.0f : 0.0f; }));
+  contents.clouds[0].octree = exact_octree(lattice(
+      {2, 2, 2}, Vec3d(0.5), {"density"}, [](int, const Vec3i& v) { return (v.x + v.y + v.z) % 2 ? 1.0f : 0.0f; }));
   contents.clouds[0].period_m = {1, 1};
   contents.sky = {1};
   double reflected = 0, transmitted = 0, absorbed = 0;
   for (std::size_t row = 0; row < csv.size(); ++row) {
     if (csv.text(row, "case") != "box_P4") continue;
-    (csv.text(row, "quantity") == "R" ? reflected : csv.text(row, "quantity") == "T" ? transmitted : absorbed) = csv.number(row, "value");
+    (csv.text(row, "quantity") == "R"   ? reflected
+     : csv.text(row, "quantity") == "T" ? transmitted
+                                        : absorbed) = csv.number(row, "value");
     if (csv.text(row, "quantity") == "A") break;
   }
   REQUIRE(reflected + transmitted + absorbed == Approx(1).epsilon(1e-4));
@@ -327,11 +372,15 @@ TEST_CASE("e2: boxes let light out of every side", "[physics][reference][box]") 
 }
 
 TEST_CASE("e1: the step cloud, column by column", "[physics][reference][box]") {
-  const Csv columns = reference_table("e1_i3rc_step_cloud_columns.csv"), means = reference_table("e1_i3rc_step_cloud_mean.csv");
-  Verified fluxes("e1_i3rc_step_cloud_columns.csv", kPhotons, "R and T of every column, experiments 1 to 4", "SE < 6 % of the light each, 0.4 % together");
-  Verified totals("e1_i3rc_step_cloud_mean.csv", kPhotons, "mean R, T and A", "SE < 0.6 % of the light each, 0.4 % together");
+  const Csv columns = reference_table("e1_i3rc_step_cloud_columns.csv"),
+            means = reference_table("e1_i3rc_step_cloud_mean.csv");
+  Verified fluxes("e1_i3rc_step_cloud_columns.csv", kPhotons, "R and T of every column, experiments 1 to 4",
+                  "SE < 6 % of the light each, 0.4 % together");
+  Verified totals("e1_i3rc_step_cloud_mean.csv", kPhotons, "mean R, T and A",
+                  "SE < 0.6 % of the light each, 0.4 % together");
   Verified nadir("e1_i3rc_step_cloud_columns.csv", kPaths, "Iu of the columns of experiments 1 and 2", "10 % + 5 SE");
-  Verified path_totals("e1_i3rc_step_cloud_mean.csv", kPaths, "mean R, and Iu of experiments 1 and 2", "SE < 5 %, Iu 8 %");
+  Verified path_totals("e1_i3rc_step_cloud_mean.csv", kPaths, "mean R, and Iu of experiments 1 and 2",
+                       "SE < 5 %, Iu 8 %");
   constexpr double kSide = 500, kTop = 250;
   for (const int experiment : {1, 2, 3, 4}) {
     const double mu0 = experiment % 2 ? 1 : 0.5, albedo = experiment < 3 ? 1 : 0.99;
@@ -343,7 +392,8 @@ TEST_CASE("e1: the step cloud, column by column", "[physics][reference][box]") {
     const World world(std::move(contents));
     std::vector<FluxRectangle> rectangles;
     for (int c = 0; c < 32; ++c) {
-      for (const double z : {kTop + 1e-3, -1e-3}) rectangles.push_back(horizontal({(c + 0.5) * kSide / 32, kSide / 2, z}, kSide / 32, kSide));
+      for (const double z : {kTop + 1e-3, -1e-3})
+        rectangles.push_back(horizontal({(c + 0.5) * kSide / 32, kSide / 2, z}, kSide / 32, kSide));
     }
     double nadir_sum = 0, nadir_error2 = 0;
     std::vector<std::vector<double>> out(64);
@@ -375,7 +425,8 @@ TEST_CASE("e1: the step cloud, column by column", "[physics][reference][box]") {
         CHECK(fluxes.mean(batch_mean(out[r]), reference, photon_rule(reference, 0.06, 260, error)));
       } else if (quantity == "Iu" && experiment < 3) {
         const BatchMean found = path_average(world, 1920, row, [&](const auto& u) {
-          return WeightedRay{{{(column + u[0]) * kSide / 32, kSide * u[1], kTop + 1}, {0, 0, -1}, 0, kInfinity}, kPi / mu0};
+          return WeightedRay{{{(column + u[0]) * kSide / 32, kSide * u[1], kTop + 1}, {0, 0, -1}, 0, kInfinity},
+                             kPi / mu0};
         });
         // Light that comes straight from the sun by few scatterings is a rare and bright find.
         CHECK(nadir.within(found.mean, reference, 0.1 + 5 * std::hypot(found.standard_error, error) / reference));
@@ -392,14 +443,20 @@ TEST_CASE("e1: the step cloud, column by column", "[physics][reference][box]") {
       if (reference == 0) continue;
       if (quantity == "Iu" && experiment < 3) {
         INFO(nadir_sum << " +- " << std::sqrt(nadir_error2));
-        CHECK(path_totals.mean({nadir_sum, std::sqrt(nadir_error2)}, reference, path_rule(reference, 0.08 * reference, 12, error)));
+        CHECK(path_totals.mean({nadir_sum, std::sqrt(nadir_error2)}, reference,
+                               path_rule(reference, 0.08 * reference, 12, error)));
       }
       if (quantity != "Iu") {
-        CHECK(totals.mean(batch_mean(quantity == "R" ? up : quantity == "T" ? down : absorbed), reference, photon_rule(reference, 0.006, 12, error)));
+        CHECK(totals.mean(batch_mean(quantity == "R"   ? up
+                                     : quantity == "T" ? down
+                                                       : absorbed),
+                          reference, photon_rule(reference, 0.006, 12, error)));
       }
       if (quantity == "R") {
         const BatchMean found = path_average(world, 9600, row, [&](const auto& u) {
-          return WeightedRay{{{kSide * u[2], kSide * u[3], kTop + 1}, -cosine_direction(Vec3d(0, 0, 1), u[0], u[1]), 0, kInfinity}, kPi / mu0};
+          return WeightedRay{
+              {{kSide * u[2], kSide * u[3], kTop + 1}, -cosine_direction(Vec3d(0, 0, 1), u[0], u[1]), 0, kInfinity},
+              kPi / mu0};
         });
         CHECK(path_totals.mean(found, reference, path_rule(reference, 0.05 * reference, 3, error)));
       }
@@ -409,8 +466,10 @@ TEST_CASE("e1: the step cloud, column by column", "[physics][reference][box]") {
   check_common(totals, 0.004);
 }
 
-TEST_CASE("h4: in a furnace all is black, and what does not absorb lets all light out", "[physics][reference][furnace]") {
-  Verified furnace("h4_furnace_identities.csv", kPaths, "sphere as bright as the sky, w 0 to 1, g 0 and 0.85: radiance", "5 SE, SE < 0.3 %; w = 0 1e-12");
+TEST_CASE("h4: in a furnace all is black, and what does not absorb lets all light out",
+          "[physics][reference][furnace]") {
+  Verified furnace("h4_furnace_identities.csv", kPaths, "sphere as bright as the sky, w 0 to 1, g 0 and 0.85: radiance",
+                   "5 SE, SE < 0.3 %; w = 0 1e-12");
   for (const double g : {0.0, 0.85}) {
     for (const double albedo : {0.0, 0.5, 0.9, 1.0}) {
       WorldContents contents = sphere_contents(3, albedo, hg(g), 16);
@@ -418,7 +477,9 @@ TEST_CASE("h4: in a furnace all is black, and what does not absorb lets all ligh
       contents.sky = {1};
       const World world(std::move(contents));
       INFO("w " << albedo << ", g " << g);
-      const BatchMean found = path_average(world, 9600, 1, [&](const auto& u) { return WeightedRay{chord(3, std::sqrt(u[3]), u), 1}; });
+      const BatchMean found = path_average(world, 9600, 1, [&](const auto& u) {
+        return WeightedRay{chord(3, std::sqrt(u[3]), u), 1};
+      });
       CHECK(furnace.within(found.mean, 1, 1e-12 + 5 * found.standard_error));
       CHECK(found.standard_error < (albedo == 0 ? 1e-12 : 0.003));
     }
@@ -436,7 +497,8 @@ TEST_CASE("h4: in a furnace all is black, and what does not absorb lets all ligh
     CHECK(in.transmission == 1);
     empty.within(in.total(), 0.7, 0);
   }
-  Verified balance("h4_furnace_identities.csv", kPhotons, "what comes out of a white sphere and of white boxes in even light, of what goes in", "1e-12");
+  Verified balance("h4_furnace_identities.csv", kPhotons,
+                   "what comes out of a white sphere and of white boxes in even light, of what goes in", "1e-12");
   for (const double g : {0.0, 0.85}) {
     WorldContents contents = sphere_contents(3, 1, hg(g), 16);
     contents.sky = {1};
@@ -491,7 +553,8 @@ TEST_CASE("e5: light through voids and ducts", "[physics][reference][box]") {
   const Csv csv = reference_table("e5_kobayashi.csv");
   Verified direct("e5_kobayashi.csv", "world walk", "case i, every point but the source's own", "0.3 %");
   Verified paths("e5_kobayashi.csv", kPaths, "case ii, points of flux above 0.05", "SE < 8 % each, 0.5 % together");
-  std::array<World, 4> worlds{World(empty_contents()), World(duct_contents(1, 0)), World(duct_contents(2, 0)), World(duct_contents(3, 0))};
+  std::array<World, 4> worlds{World(empty_contents()), World(duct_contents(1, 0)), World(duct_contents(2, 0)),
+                              World(duct_contents(3, 0))};
   const auto uncollided = [&](int problem, const Vec3d& point) {
     // The source is [-10, 10]^3: the sum over its volume of what each part sends through what is between.
     constexpr std::uint32_t kPoints = 1 << 14;
@@ -519,10 +582,14 @@ TEST_CASE("e5: light through voids and ducts", "[physics][reference][box]") {
       CHECK(direct.within(uncollided(problem, point), number("flux"), 0.003));
     } else if (number("flux") > 0.05) {
       const World world(duct_contents(problem, 0.5));
-      const BatchMean all = scaled(path_average(world, 24000, row, [&](const auto& u) {
-        return WeightedRay{{point, uniform_direction(u[0], u[1]), 0, kInfinity}, 1};
-      }), 4 * kPi);
-      CHECK(paths.mean(all, number("flux"), path_rule(number("flux"), 0.08 * number("flux"), 20, number("rel_err") * number("flux"))));
+      const BatchMean all =
+          scaled(path_average(world, 24000, row,
+                              [&](const auto& u) {
+                                return WeightedRay{{point, uniform_direction(u[0], u[1]), 0, kInfinity}, 1};
+                              }),
+                 4 * kPi);
+      CHECK(paths.mean(all, number("flux"),
+                       path_rule(number("flux"), 0.08 * number("flux"), 20, number("rel_err") * number("flux"))));
     }
   }
   check_common(paths, 0.005);

@@ -70,14 +70,19 @@ TEST_CASE("d1, d2: ordinates find radiances", "[physics][reference][ordinates]")
   for (const char* file : {"d1_slab_isotropic_intensity.csv", "d2_slab_hg_intensity.csv"}) {
     const Csv csv = reference_table(file);
     const bool isotropic = file[1] == '1';
-    Held held(file, isotropic ? "radiances above 1e-3" : "radiances above 1e-2, g <= 0.75", isotropic ? "3e-3" : "2e-2", isotropic ? 3e-3 : 2e-2);
+    Held held(file, isotropic ? "radiances above 1e-3" : "radiances above 1e-2, g <= 0.75", isotropic ? "3e-3" : "2e-2",
+              isotropic ? 3e-3 : 2e-2);
     for (std::size_t row = 0; row < csv.size();) {
-      const auto key = [&](std::size_t i) { return std::tuple(csv.number(i, "g"), csv.number(i, "tau"), csv.number(i, "w"), csv.number(i, "mu0"), csv.has("phase") ? csv.text(i, "phase") : ""); };
+      const auto key = [&](std::size_t i) {
+        return std::tuple(csv.number(i, "g"), csv.number(i, "tau"), csv.number(i, "w"), csv.number(i, "mu0"),
+                          csv.has("phase") ? csv.text(i, "phase") : "");
+      };
       std::size_t end = row;
       while (end < csv.size() && key(end) == key(row)) ++end;
       const auto number = [&](const char* column) { return csv.number(row, column); };
       if (number("g") <= 0.75) {
-        INFO(file << ", tau " << number("tau") << ", w " << number("w") << ", mu0 " << number("mu0") << ", g " << number("g"));
+        INFO(file << ", tau " << number("tau") << ", w " << number("w") << ", mu0 " << number("mu0") << ", g "
+                  << number("g"));
         const World world = lit({{number("tau"), number("w"), row_phase(csv, row), 0}}, number("mu0"));
         const OrdinatesReferee referee(world, 0, slab_settings(isotropic ? (number("tau") > 2 ? 160 : 64) : 32, 16));
         std::vector<Ray> rays;
@@ -109,8 +114,9 @@ TEST_CASE("d3: ordinates find what isothermal and linear slabs emit", "[physics]
     const auto number = [&](const char* column) { return csv.number(row, column); };
     INFO("row " << row << ": tau " << number("tau") << ", w " << number("w") << ", g " << number("g"));
     const Layer layer{number("tau"), number("w"), hg(number("g")), number("B_top")};
-    const World world(number("B_top") == number("B_bot") ? stack_contents({{layer}, kSide, 0, 0})
-                                                         : linear_source_contents(layer, number("B_top"), number("B_bot"), 32, kSide));
+    const World world(number("B_top") == number("B_bot")
+                          ? stack_contents({{layer}, kSide, 0, 0})
+                          : linear_source_contents(layer, number("B_top"), number("B_bot"), 32, kSide));
     const OrdinatesReferee referee(world, 0, slab_settings(32, 16));
     held.check(referee.left(2, 1), kPi, number("Fup_over_pi"));
     held.check(referee.left(2, 0), kPi, number("Fdn_over_pi"));
@@ -138,7 +144,8 @@ TEST_CASE("d5: ordinates pass slabs up to a depth of 100,000 that do not absorb"
   }
 }
 
-TEST_CASE("d6, d7: ordinates agree with DISORT's problems and with stacks of layers", "[physics][reference][ordinates]") {
+TEST_CASE("d6, d7: ordinates agree with DISORT's problems and with stacks of layers",
+          "[physics][reference][ordinates]") {
   const Csv csv = reference_table("d6_disort_published.csv");
   {
     Held held("d6_disort_published.csv", "fluxes of problems 1 to 4, converged columns", "2e-3", 2e-3);
@@ -183,11 +190,14 @@ TEST_CASE("h3: ordinates see nearly conservative slabs absorb", "[physics][refer
   }
 }
 
-TEST_CASE("b1, b2: ordinates find spheres of voxels, the closer the finer they are", "[physics][reference][ordinates]") {
+TEST_CASE("b1, b2: ordinates find spheres of voxels, the closer the finer they are",
+          "[physics][reference][ordinates]") {
   const auto left = [](double radius, double albedo, bool source, int cells) {
     WorldContents contents = sphere_contents(radius, albedo, hg(0), cells);
-    if (source) contents.clouds[0].emission = {1 / (4 * kPi)};
-    else contents.clouds[0].source = {1};
+    if (source)
+      contents.clouds[0].emission = {1 / (4 * kPi)};
+    else
+      contents.clouds[0].source = {1};
     const World world(std::move(contents));
     OrdinatesSettings settings;
     settings.cells = Vec3i(cells);
@@ -196,18 +206,22 @@ TEST_CASE("b1, b2: ordinates find spheres of voxels, the closer the finer they a
     for (const auto& sides : solution.powers().left) out += sides[0] + sides[1];
     return out / (source ? solution.powers().emitted : 4 * kPi * kPi * radius * radius);
   };
-  const Csv inner = reference_table("b1_sphere_internal_source.csv"), thermal = reference_table("b2_sphere_isothermal_scattering.csv");
+  const Csv inner = reference_table("b1_sphere_internal_source.csv"),
+            thermal = reference_table("b2_sphere_isothermal_scattering.csv");
   for (const auto& [file, csv, column] : {std::tuple("b1_sphere_internal_source.csv", &inner, "P_escape"),
                                           std::tuple("b2_sphere_isothermal_scattering.csv", &thermal, "emissivity")}) {
-    Verified verified(file, kMethod, std::string(column) + ", R 0.5 to 5, w 0.9; 24 cells across, S8", "1 % (R = 5: 3 %)");
+    Verified verified(file, kMethod, std::string(column) + ", R 0.5 to 5, w 0.9; 24 cells across, S8",
+                      "1 % (R = 5: 3 %)");
     for (std::size_t row = 0; row < csv->size(); ++row) {
       const double radius = csv->number(row, "R"), albedo = csv->number(row, "w");
       if (radius < 0.3 || radius > 6 || albedo != 0.9) continue;
       INFO(file << " R " << radius);
-      CHECK(verified.within(left(radius, albedo, column[0] == 'P', 24), csv->number(row, column), radius < 3 ? 0.01 : 0.03));
+      CHECK(verified.within(left(radius, albedo, column[0] == 'P', 24), csv->number(row, column),
+                            radius < 3 ? 0.01 : 0.03));
     }
   }
-  Verified verified("b2_sphere_isothermal_scattering.csv", kMethod, "emissivity of R = 2, w = 0.5 with 8, 16 and 32 cells across, S8", "1 % at 32, falling");
+  Verified verified("b2_sphere_isothermal_scattering.csv", kMethod,
+                    "emissivity of R = 2, w = 0.5 with 8, 16 and 32 cells across, S8", "1 % at 32, falling");
   std::size_t row = 0;
   while (thermal.number(row, "R") != 2 || thermal.number(row, "w") != 0.5) ++row;
   const double reference = thermal.number(row, "emissivity");
@@ -243,11 +257,13 @@ TEST_CASE("e2: ordinates find boxes", "[physics][reference][ordinates]") {
     CHECK(verified.within(powers.left[2][0] + std::exp(-10.0), row_of("box_P1", "T"), 0.01));
     CHECK(verified.within(powers.absorbed + powers.first_absorbed, row_of("box_P1", "A"), 0.01));
     for (const int axis : {0, 1}) {
-      for (const double side : powers.left[static_cast<std::size_t>(axis)]) CHECK(verified.within(side, row_of("box_P1", "side_xmin"), 0.01));
+      for (const double side : powers.left[static_cast<std::size_t>(axis)])
+        CHECK(verified.within(side, row_of("box_P1", "side_xmin"), 0.01));
     }
   }
   WorldContents contents = box_contents({1, 1, 1}, 1, {{8, 0.95}}, hg(0), [](const Vec3i&) { return 0; });
-  contents.clouds[0].octree = exact_octree(lattice({2, 2, 2}, Vec3d(0.5), {"density"}, [](int, const Vec3i& v) { return (v.x + v.y + v.z) % 2 ? 1.0f : 0.0f; }));
+  contents.clouds[0].octree = exact_octree(lattice(
+      {2, 2, 2}, Vec3d(0.5), {"density"}, [](int, const Vec3i& v) { return (v.x + v.y + v.z) % 2 ? 1.0f : 0.0f; }));
   contents.clouds[0].period_m = {1, 1};
   contents.sky = {1};
   const World world(std::move(contents));
@@ -278,9 +294,11 @@ TEST_CASE("e1: ordinates find the step cloud's means", "[physics][reference][ord
     for (std::size_t row = 0; row < csv.size(); ++row) {
       if (static_cast<int>(csv.number(row, "exp")) != experiment) continue;
       INFO("experiment " << experiment << " " << csv.text(row, "quantity"));
-      if (csv.text(row, "quantity") == "R") CHECK(verified.within(solution.powers().left[2][1] / unit, csv.number(row, "value"), 0.01));
+      if (csv.text(row, "quantity") == "R")
+        CHECK(verified.within(solution.powers().left[2][1] / unit, csv.number(row, "value"), 0.01));
       if (csv.text(row, "quantity") == "A") {
-        CHECK(verified.within((solution.powers().absorbed + solution.powers().first_absorbed) / unit, csv.number(row, "value"), 0.01));
+        CHECK(verified.within((solution.powers().absorbed + solution.powers().first_absorbed) / unit,
+                              csv.number(row, "value"), 0.01));
       }
     }
   }

@@ -54,17 +54,20 @@ TEST_CASE("d1, d2: photons are reflected, transmitted and absorbed by every slab
 
 TEST_CASE("d3: isothermal and linear slabs emit what the table says", "[physics][reference][slab]") {
   const Csv csv = reference_table("d3_slab_thermal.csv");
-  Verified verified("d3_slab_thermal.csv", kMethod, "fluxes of every row; linear B in 32 voxels", "SE < 4 % each, 0.3 % together");
+  Verified verified("d3_slab_thermal.csv", kMethod, "fluxes of every row; linear B in 32 voxels",
+                    "SE < 4 % each, 0.3 % together");
   for (std::size_t row = 0; row < csv.size(); ++row) {
     const auto number = [&](const char* column) { return csv.number(row, column); };
     INFO("row " << row << ": tau " << number("tau") << ", w " << number("w") << ", g " << number("g") << ", B "
                 << number("B_top") << " to " << number("B_bot"));
     const Layer layer{number("tau"), number("w"), hg(number("g")), number("B_top")};
-    const World world(number("B_top") == number("B_bot") ? stack_contents({{layer}, kWide, 0, 0})
-                                                         : linear_source_contents(layer, number("B_top"), number("B_bot"), 32, kWide));
+    const World world(number("B_top") == number("B_bot")
+                          ? stack_contents({{layer}, kWide, 0, 0})
+                          : linear_source_contents(layer, number("B_top"), number("B_bot"), 32, kWide));
     const SlabLight found = slab_light(world, 1, kWide, kPi, number("tau") > 10 ? 6000 : 20000, row);
     for (const auto& [flux, column] : {std::pair(found.up, "Fup_over_pi"), std::pair(found.down, "Fdn_over_pi")}) {
-      CHECK(verified.mean(flux, number(column), rule(number(column), 0.04 * number(column), 2 * static_cast<double>(csv.size()))));
+      CHECK(verified.mean(flux, number(column),
+                          rule(number(column), 0.04 * number(column), 2 * static_cast<double>(csv.size()))));
     }
   }
   check_common(verified, 0.003);
@@ -90,8 +93,10 @@ TEST_CASE("d6: photons agree with DISORT's problems, converged", "[physics][refe
     const auto number = [&](const char* column) { return csv.number(row, column); };
     const double incident = number("mu0") * number("F0");
     INFO("problem " << csv.text(row, "test"));
-    const SlabLight found = lit({{number("tau"), number("w"), disort_phase(csv.text(row, "test")[0]), 0}}, number("mu0"), number("tau") > 50 ? 8000 : 40000, row);
-    for (const auto& [flux, reference] : {std::pair(found.up, number("Fup")), std::pair(found.down, number("Fdn_diffuse") + number("Fdirect"))}) {
+    const SlabLight found = lit({{number("tau"), number("w"), disort_phase(csv.text(row, "test")[0]), 0}},
+                                number("mu0"), number("tau") > 50 ? 8000 : 40000, row);
+    for (const auto& [flux, reference] :
+         {std::pair(found.up, number("Fup")), std::pair(found.down, number("Fdn_diffuse") + number("Fdirect"))}) {
       if (reference / incident < 0.01) continue;
       CHECK(verified.mean(flux, reference / incident, rule(reference / incident, 0.006, 26)));
     }
@@ -101,7 +106,8 @@ TEST_CASE("d6: photons agree with DISORT's problems, converged", "[physics][refe
 
 TEST_CASE("d7: photons pass stacks of layers", "[physics][reference][slab]") {
   const Csv csv = reference_table("d7_two_layer_slab.csv");
-  Verified verified("d7_two_layer_slab.csv", kMethod, "R and T of every row", "SE < 0.4 % of the light each (even light 1 %), 0.2 % together");
+  Verified verified("d7_two_layer_slab.csv", kMethod, "R and T of every row",
+                    "SE < 0.4 % of the light each (even light 1 %), 0.2 % together");
   for (std::size_t row = 0; row < csv.size(); ++row) {
     const std::vector<Layer> layers = row_layers(csv, row);
     INFO(csv.text(row, "case") << " " << csv.text(row, "illum") << " " << csv.text(row, "mu0"));
@@ -125,7 +131,8 @@ TEST_CASE("d7: photons pass stacks of layers", "[physics][reference][slab]") {
 
 TEST_CASE("h2: straight forward and straight back are the rod", "[physics][reference][slab]") {
   const Csv csv = reference_table("h2_rod_limits.csv");
-  Verified verified("h2_rod_limits.csv", kMethod, "R, T and A up to t = 1000", "SE < 1 % of the light each, 0.2 % together");
+  Verified verified("h2_rod_limits.csv", kMethod, "R, T and A up to t = 1000",
+                    "SE < 1 % of the light each, 0.2 % together");
   for (std::size_t row = 0; row < csv.size(); ++row) {
     const auto number = [&](const char* column) { return csv.number(row, column); };
     const std::string& model = csv.text(row, "model");

@@ -32,7 +32,8 @@ AgreeOptions rule(double reference, double error, double comparisons, double ref
 
 /// Traces four times: kManyBatches independent batches, each with all the power.
 template <class Visit>
-void trace_many(const World& world, std::uint64_t photons, std::uint64_t seed, std::optional<int> depth, Visit&& visit) {
+void trace_many(const World& world, std::uint64_t photons, std::uint64_t seed, std::optional<int> depth,
+                Visit&& visit) {
   for (int run = 0; run < kRuns; ++run) {
     TraceSettings settings;
     settings.photons = photons / kRuns;
@@ -54,8 +55,8 @@ double attenuated_in_ball(const Vec3d& x, const Vec3d& d, double r) {
 
 TEST_CASE("c1: the fluence about a point source", "[physics][reference][medium]") {
   const Csv csv = reference_table("c1_infinite_point_source_isotropic.csv");
-  Verified verified("c1_infinite_point_source_isotropic.csv", kMethod, "fluence at r <= 5, 0 < w < 1, expected over thin shells",
-                    "SE < 8 % each, 0.5 % together");
+  Verified verified("c1_infinite_point_source_isotropic.csv", kMethod,
+                    "fluence at r <= 5, 0 < w < 1, expected over thin shells", "SE < 8 % each, 0.5 % together");
   for (const double albedo : {0.1, 0.5, 0.9, 0.99}) {
     WorldContents contents = boundless(150, albedo, hg(0));
     contents.particles.push_back(point_source());
@@ -63,7 +64,8 @@ TEST_CASE("c1: the fluence about a point source", "[physics][reference][medium]"
     constexpr double kThin = 0.02;  // half width of a shell over its radius
     std::vector<std::size_t> rows;
     for (std::size_t row = 0; row < csv.size(); ++row) {
-      if (std::abs(csv.number(row, "w") - albedo) < 1e-12 && csv.number(row, "r") >= 0.1 && csv.number(row, "r") <= 5) rows.push_back(row);
+      if (std::abs(csv.number(row, "w") - albedo) < 1e-12 && csv.number(row, "r") >= 0.1 && csv.number(row, "r") <= 5)
+        rows.push_back(row);
     }
     REQUIRE(rows.size() == 5);
     std::vector<std::array<double, kManyBatches>> scattered(rows.size());
@@ -73,7 +75,8 @@ TEST_CASE("c1: the fluence about a point source", "[physics][reference][medium]"
         for (std::size_t i = 0; i < rows.size(); ++i) {
           const double r = csv.number(rows[i], "r"), in = r * (1 - kThin), out = r * (1 + kThin);
           const double volume = 4 * kPi / 3 * (out * out * out - in * in * in);
-          scattered[i][first + photon.batch] += kBatches * power * (attenuated_in_ball(x, d, out) - attenuated_in_ball(x, d, in)) / volume;
+          scattered[i][first + photon.batch] +=
+              kBatches * power * (attenuated_in_ball(x, d, out) - attenuated_in_ball(x, d, in)) / volume;
         }
       });
     });
@@ -98,13 +101,17 @@ TEST_CASE("c2: the moments of light about a point source", "[physics][reference]
     contents.particles.push_back(point_source());
     const World world(std::move(contents));
     std::array<double, kManyBatches> collisions{}, squares{};
-    trace_many(world, albedo > 0.995 ? 640 : albedo > 0.95 ? 2000 : 12000, row, {}, [&](const TraceResult& traced, std::size_t first) {
-      for (const Photon& photon : traced.photons) {
-        const Vec3d x = transform_point(world.map_to_world(), Vec3d(photon.position));
-        collisions[first + photon.batch] += kBatches * static_cast<double>(photon.power);
-        squares[first + photon.batch] += kBatches * static_cast<double>(photon.power) * x.length2();
-      }
-    });
+    trace_many(world,
+               albedo > 0.995  ? 640
+               : albedo > 0.95 ? 2000
+                               : 12000,
+               row, {}, [&](const TraceResult& traced, std::size_t first) {
+                 for (const Photon& photon : traced.photons) {
+                   const Vec3d x = transform_point(world.map_to_world(), Vec3d(photon.position));
+                   collisions[first + photon.batch] += kBatches * static_cast<double>(photon.power);
+                   squares[first + photon.batch] += kBatches * static_cast<double>(photon.power) * x.length2();
+                 }
+               });
     const double total = csv.number(row, "mean_collisions"), second = total * csv.number(row, "msd");
     const double loose = albedo > 0.995 ? 0.12 : albedo > 0.95 ? 0.06 : 0.03;
     CHECK(verified.mean(batch_mean(collisions), total, rule(total, loose * total, 48)));
@@ -115,7 +122,8 @@ TEST_CASE("c2: the moments of light about a point source", "[physics][reference]
 
 TEST_CASE("c3: where a photon is after n flights", "[physics][reference][medium]") {
   const Csv csv = reference_table("c3_random_walk_hg.csv");
-  Verified verified("c3_random_walk_hg.csv", kMethod, "<z> and <r^2> after 1 to 100 flights, every row", "SE < 4 % each, 0.2 % together");
+  Verified verified("c3_random_walk_hg.csv", kMethod, "<z> and <r^2> after 1 to 100 flights, every row",
+                    "SE < 4 % each, 0.2 % together");
   for (const double g : {-0.5, 0.0, 0.5, 0.85, 0.95, 0.999}) {
     WorldContents contents = boundless(2000, 1, hg(g));
     contents.beams.push_back({Vec3d(0), Vec3d(0, 0, 1), 1e-9, {1}});
@@ -143,14 +151,17 @@ TEST_CASE("c3: where a photon is after n flights", "[physics][reference][medium]
 
 TEST_CASE("e3: a searchlight's rings", "[physics][reference][medium]") {
   const Csv csv = reference_table("e3_searchlight.csv");
-  Verified verified("e3_searchlight.csv", kMethod, "R and diffuse T of every ring, expected over the next flight; sums of r^2",
+  Verified verified("e3_searchlight.csv", kMethod,
+                    "R and diffuse T of every ring, expected over the next flight; sums of r^2",
                     "SE < 20 % each ring, 0.4 % together");
   for (const char* name : {"pencil_P1", "pencil_P2"}) {
     std::size_t first_row = 0;
     while (csv.text(first_row, "case") != name) ++first_row;
     const double tau = csv.number(first_row, "tau");
-    WorldContents contents = box_contents({1, 1, 1}, 1, {{1, csv.number(first_row, "w")}}, hg(csv.number(first_row, "g")), [](const Vec3i&) { return 0; });
-    contents.clouds[0].octree = exact_octree(lattice({1, 1, 1}, {4000, 4000, tau}, {"density"}, [](int, const Vec3i&) { return 1.0f; }));
+    WorldContents contents = box_contents({1, 1, 1}, 1, {{1, csv.number(first_row, "w")}},
+                                          hg(csv.number(first_row, "g")), [](const Vec3i&) { return 0; });
+    contents.clouds[0].octree =
+        exact_octree(lattice({1, 1, 1}, {4000, 4000, tau}, {"density"}, [](int, const Vec3i&) { return 1.0f; }));
     contents.clouds[0].local_to_world = placement({-2000, -2000, 0}, Vec3d(0), 1);
     contents.beams.push_back({Vec3d(0, 0, tau + 1), Vec3d(0, 0, -1), 1e-6, {1}});
     const World world(std::move(contents));
@@ -165,7 +176,8 @@ TEST_CASE("e3: a searchlight's rings", "[physics][reference][medium]") {
         for (std::size_t row = 0; row < csv.size(); ++row) {
           if (csv.text(row, "case") != name) continue;
           const std::string& quantity = csv.text(row, "quantity");
-          const bool ring = quantity == (up ? "R" : "T_diffuse") && r >= csv.number(row, "r_in") && r < csv.number(row, "r_out");
+          const bool ring =
+              quantity == (up ? "R" : "T_diffuse") && r >= csv.number(row, "r_in") && r < csv.number(row, "r_out");
           const bool moment = quantity == (up ? "R_r2" : "Tdiff_r2");
           if (ring || moment) found[row][first + photon.batch] += escaped * (moment ? r * r : 1);
         }

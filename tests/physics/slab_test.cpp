@@ -101,10 +101,12 @@ TEST_CASE("a periodic layer in two voxelisations is one layer", "[physics][slab]
   const PhaseFunction phase = PhaseFunction::henyey_greenstein(0.5);
   const Fluxes fine = fluxes(slab(3, 0.8, phase, 0.7, 0, 0, 8), 200000);
   const Fluxes coarse = fluxes(slab(3, 0.8, phase, 0.7, 0, 0, 1), 200000);
-  CHECK(agree(fine.up.mean, fine.up.standard_error, coarse.up.mean,
-              {.resolution = 0.08, .reference_error = coarse.up.standard_error, .comparisons = 2, .degrees_of_freedom = 15}));
-  CHECK(agree(fine.down.mean, fine.down.standard_error, coarse.down.mean,
-              {.resolution = 0.08, .reference_error = coarse.down.standard_error, .comparisons = 2, .degrees_of_freedom = 15}));
+  CHECK(agree(
+      fine.up.mean, fine.up.standard_error, coarse.up.mean,
+      {.resolution = 0.08, .reference_error = coarse.up.standard_error, .comparisons = 2, .degrees_of_freedom = 15}));
+  CHECK(agree(
+      fine.down.mean, fine.down.standard_error, coarse.down.mean,
+      {.resolution = 0.08, .reference_error = coarse.down.standard_error, .comparisons = 2, .degrees_of_freedom = 15}));
 }
 
 TEST_CASE("a turned and moved periodic layer sends the same light and looks the same", "[physics][slab]") {
@@ -159,7 +161,9 @@ TEST_CASE("spheres absorb and let out what the tables say, under even light and 
     int inside = 0;
     constexpr int kSub = 5;
     for (int i = 0; i < kSub * kSub * kSub; ++i) {
-      const Vec3d p = (Vec3d(v) + (Vec3d(i % kSub, i / kSub % kSub, i / (kSub * kSub)) + Vec3d(0.5)) / kSub) / (0.5 * kVoxels) - Vec3d(1);
+      const Vec3d p =
+          (Vec3d(v) + (Vec3d(i % kSub, i / kSub % kSub, i / (kSub * kSub)) + Vec3d(0.5)) / kSub) / (0.5 * kVoxels) -
+          Vec3d(1);
       inside += p.length2() < 1;
     }
     return inside / static_cast<double>(kSub * kSub * kSub);

@@ -58,8 +58,12 @@ TEST_CASE("a closed box with a cloud of its temperature is black everywhere", "[
   const struct {
     double albedo;
     Material material;
-  } cases[] = {{0, grey_material(0.3)},         {0.8, grey_material(0.5)},  {0.8, grey_material(0.2, 1)},
-               {0.6, grey_material(0.4, 0.5, 0.2)}, {0.5, by_angle},        {0, grey_material(1)}};
+  } cases[] = {{0, grey_material(0.3)},
+               {0.8, grey_material(0.5)},
+               {0.8, grey_material(0.2, 1)},
+               {0.6, grey_material(0.4, 0.5, 0.2)},
+               {0.5, by_angle},
+               {0, grey_material(1)}};
   for (const auto& c : cases) {
     const ImageMean mean = furnace_mean(furnace(c.albedo, c.material));
     INFO("albedo " << c.albedo << ", emissivity " << c.material.emissivity[0] << ", specular " << c.material.specular
@@ -123,7 +127,8 @@ TEST_CASE("a sphere sends to a rectangle what it fills of its sky", "[physics][s
   // A Lambertian sphere is as bright from everywhere: the view factor is the solid angle over 4 pi.
   WorldContents contents = empty_contents();
   contents.materials = {grey_material(1), grey_material(0.3)};
-  contents.objects = {grey_sphere({0, 0, 1.2}, 1, 0, 5), grey_object(parallelogram({-2, -1.5, 0}, {4, 0, 0}, {0, 3, 0}), 0, 0)};
+  contents.objects = {grey_sphere({0, 0, 1.2}, 1, 0, 5),
+                      grey_object(parallelogram({-2, -1.5, 0}, {4, 0, 0}, {0, 3, 0}), 0, 0)};
   const double a = 2, b = 1.5, h = 1.2;
   const double factor = 4 * std::atan(a * b / (h * std::sqrt(a * a + b * b + h * h))) / (4 * kPi);
   const BatchMean share = landed_share(World(contents), 2000000);
@@ -136,7 +141,8 @@ TEST_CASE("a sphere sends to a rectangle what it fills of its sky", "[physics][s
   const double d2 = at.length2() + h * h;
   const double expected = 0.7 * 5 * h / std::sqrt(d2) / d2;
   const Light light;
-  const RayRadiance seen = ray_radiance(lit, light, {at + Vec3d(0.2, 0, 0.1), Vec3d(-0.2, 0, -0.1).normalized(), 0, kInfinity}, 400000);
+  const RayRadiance seen =
+      ray_radiance(lit, light, {at + Vec3d(0.2, 0, 0.1), Vec3d(-0.2, 0, -0.1).normalized(), 0, kInfinity}, 400000);
   CHECK(std::abs(seen.mean - expected) < 3 * seen.error);
   CHECK(seen.error < 0.003 * expected);
 }
@@ -151,7 +157,8 @@ TEST_CASE("a Lambertian plane under sun, moon and a uniform sky has its exact ra
   const double irradiance = 5 * contents.sun->toward.z + 1.5 * contents.moon->toward.z + kPi * 0.7;
   const double expected = 0.6 / kPi * irradiance + 0.4 * 0.3;
   const Film film = photograph(world, trace_light(world, photons(20000)), from_above(2, {0, 0, 0}), 16);
-  for (const float value : film.values(0, Film::Value::radiance)) CHECK(double(value) == Approx(expected).epsilon(1e-4));
+  for (const float value : film.values(0, Film::Value::radiance))
+    CHECK(double(value) == Approx(expected).epsilon(1e-4));
 }
 
 TEST_CASE("a mirror shows the exact radiance of what it mirrors", "[physics][surfaces]") {
@@ -209,7 +216,8 @@ WorldContents yard(const Vec3d& shift = Vec3d(0)) {
   WorldContents contents = empty_contents(0.4);
   contents.materials = {grey_material(0.5), grey_material(0.3, 0.6), grey_material(0.8)};
   contents.objects = {grey_object(parallelogram(Vec3d(-20, -20, 0), {40, 0, 0}, {0, 40, 0}), 0, 1),
-                      grey_object(box_mesh({-2, -1, 0}, {-0.5, 1, 1.5}, false), 1, 4), grey_sphere({1.5, 0, 0.8}, 0.8, 2, 6)};
+                      grey_object(box_mesh({-2, -1, 0}, {-0.5, 1, 1.5}, false), 1, 4),
+                      grey_sphere({1.5, 0, 0.8}, 0.8, 2, 6)};
   for (Object& object : contents.objects) {
     for (int axis = 0; axis < 3; ++axis) object.local_to_world[3][axis] += shift[axis];
   }
@@ -343,7 +351,9 @@ TEST_CASE("the surface map holds what the path of light says: a second reflectio
     for (int i = 0; i < 400; ++i) {
       const double u = random.uniform();
       const Vec3d d = uniform_direction(u, random.uniform());
-      seen.add(ray_radiance(world, light, {{0.3, 0.7, 1.1}, d, 0, kInfinity}, 20, settings, static_cast<std::uint64_t>(20 * i)).mean);
+      seen.add(ray_radiance(world, light, {{0.3, 0.7, 1.1}, d, 0, kInfinity}, 20, settings,
+                            static_cast<std::uint64_t>(20 * i))
+                   .mean);
     }
     return seen;
   };
@@ -381,7 +391,8 @@ TEST_CASE("a small cloud over wide land takes in what it gives off where all is 
   settings.photons = 4000000;
   const EnergyTally outside = trace_light(world, settings).bands[0].energy;
   const BatchMean gives = of_batches(left), takes = of_batches(outside.absorbed);
-  INFO("gives " << gives.mean << " +- " << gives.standard_error << ", takes " << takes.mean << " +- " << takes.standard_error);
+  INFO("gives " << gives.mean << " +- " << gives.standard_error << ", takes " << takes.mean << " +- "
+                << takes.standard_error);
   CHECK(agree(takes.mean, takes.standard_error, gives.mean,
               {.resolution = 0.1, .reference_error = gives.standard_error, .degrees_of_freedom = 15}));
 }

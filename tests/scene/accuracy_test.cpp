@@ -1,10 +1,10 @@
 // Images to a target error, and within a time.
-#include <catch2/catch.hpp>
+#include "scene/accuracy.h"
 
+#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "photon/radiance.h"
-#include "scene/accuracy.h"
 #include "scene/run.h"
 #include "scene/scene_io.h"
 #include "sensor/compare.h"
@@ -13,11 +13,14 @@ using namespace obscura;
 
 namespace {
 
-std::string smoke(const std::string& render, const std::string& media = R"("albedo": 0.9, "phase": {"type": "henyey_greenstein", "g": 0.6})") {
+std::string smoke(const std::string& render,
+                  const std::string& media = R"("albedo": 0.9, "phase": {"type": "henyey_greenstein", "g": 0.6})") {
   std::string text = R"({"obscura": 1, "bands": [{"name": "vis"}],
     "clouds": [{"grid": {"shape": "gaussian", "sigma_m": 1, "size_m": [6, 6, 6], "voxel_m": 0.25},
                 "media": [{"extinction": 1.5, )";
-  text += media + R"(}], "source": 0.2}], "environment": {"sky": {"radiance": 0.1}, "sun": {"zenith_deg": 50, "azimuth_deg": 90, "irradiance": 1}},
+  text +=
+      media +
+      R"(}], "source": 0.2}], "environment": {"sky": {"radiance": 0.1}, "sun": {"zenith_deg": 50, "azimuth_deg": 90, "irradiance": 1}},
     "sensor": {"position_m": [0, -20, 2], "look_at_m": [0, 0, 0], "fov_deg": 20, "resolution": [24, 20], "max_oversampling": 4},
     "render": {)";
   return text + render + "}}";
@@ -49,7 +52,8 @@ TEST_CASE("the number of passes and their samples are the cheapest for an error"
         CHECK(plan->passes >= model.least_passes);
         double best = kInfinity;
         for (int samples = 1; samples <= kMostPoints; ++samples) {
-          const double passes = std::max<double>(model.least_passes, std::ceil(model.pass_square(samples) / (error * error - model.bias)));
+          const double passes = std::max<double>(model.least_passes,
+                                                 std::ceil(model.pass_square(samples) / (error * error - model.bias)));
           best = std::min(best, passes * model.pass_s(samples));
         }
         CAPTURE(fixed, floor, error, plan->samples, plan->passes);
@@ -70,16 +74,19 @@ TEST_CASE("a target error is reached and the interval tells where", "[scene][acc
   for (const char* method : {"", R"("method": "path",)", R"("method": "photon", "nearest": 32,)"}) {
     for (const double target : {0.05, 0.02}) {
       for (const int seed : {1, 2}) {
-        const RunResult result = run(smoke(std::string(method) + "\"seed\": " + std::to_string(seed) + ", \"target_error\": " + std::to_string(target)));
+        const RunResult result = run(smoke(std::string(method) + "\"seed\": " + std::to_string(seed) +
+                                           ", \"target_error\": " + std::to_string(target)));
         REQUIRE(result.report.accuracy);
         const AccuracyReport& told = *result.report.accuracy;
         const double off = compare(result.image, truth.image).image_error();
-        const double found = std::sqrt(std::max(0.0, off * off - truth.report.accuracy->error * truth.report.accuracy->error));
+        const double found =
+            std::sqrt(std::max(0.0, off * off - truth.report.accuracy->error * truth.report.accuracy->error));
         CAPTURE(method, target, seed, told.method, told.passes, told.error, told.interval[0], told.interval[1], found);
         CHECK(told.reached);
         CHECK(told.ended == "target");
-        CHECK(found < 1.15 * target);   // sixteen-odd per cent of noise in the error of 480 pixels are five of its standard deviations
-        CHECK(found > 0.4 * target);    // nor is it far better than it was asked for
+        CHECK(found < 1.15 * target);  // sixteen-odd per cent of noise in the error of 480 pixels are five of its
+                                       // standard deviations
+        CHECK(found > 0.4 * target);   // nor is it far better than it was asked for
         inside += found > told.interval[0] && found < told.interval[1];
         ++runs;
         CHECK(told.trials.size() >= 1);
@@ -92,7 +99,8 @@ TEST_CASE("a target error is reached and the interval tells where", "[scene][acc
 
 TEST_CASE("a scene where nothing scatters takes its rays from the target", "[scene][accuracy]") {
   const std::string media = R"("albedo": 0)";
-  const RunResult coarse = run(smoke(R"("target_error": 0.02)", media)), fine = run(smoke(R"("target_error": 0.0005)", media));
+  const RunResult coarse = run(smoke(R"("target_error": 0.02)", media)),
+                  fine = run(smoke(R"("target_error": 0.0005)", media));
   CHECK(coarse.report.accuracy->reached);
   CHECK(fine.report.accuracy->reached);
   double coarse_rays = 0, fine_rays = 0;
@@ -126,7 +134,8 @@ TEST_CASE("a run by photons ends in its time too", "[scene][accuracy]") {
   double now = 0;
   const AccurateImage made = render_to_goal(session, goal, slow_clock(now));
   CHECK(made.accuracy.ended == "time");
-  CAPTURE(made.accuracy.recipe.text(), made.accuracy.passes, made.accuracy.pilot_s, made.accuracy.trials.size(), made.accuracy.photons_s, made.accuracy.image_s);
+  CAPTURE(made.accuracy.recipe.text(), made.accuracy.passes, made.accuracy.pilot_s, made.accuracy.trials.size(),
+          made.accuracy.photons_s, made.accuracy.image_s);
   CHECK(made.accuracy.recipe.photons <= 400000);
   CHECK(now <= 16);
 }

@@ -1,14 +1,14 @@
 // From a description to the World's materials and objects.
+#include "scene/build_surfaces.h"
+
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "../support/scratch_folder.h"
 #include "../support/shared_data.h"
 #include "octree/base/error.h"
-#include "scene/build_surfaces.h"
 #include "scene/build_world.h"
 #include "scene/scene_io.h"
-
-#include <cmath>
 
 using namespace obscura;
 using obscura::test::ScratchFolder;
@@ -17,7 +17,8 @@ namespace {
 
 const char* const kLwir = R"({"name": "lwir", "um": [8, 12]})";
 
-Description describe(const std::string& rest, const std::filesystem::path& folder = ".", const std::string& bands = kLwir) {
+Description describe(const std::string& rest, const std::filesystem::path& folder = ".",
+                     const std::string& bands = kLwir) {
   std::string text = R"({"obscura": 1, "bands": [)";
   text += bands;
   text += R"(], "sensor": {"position_m": [0, -10, 0], "look_at_m": [0, 0, 0]}, )";
@@ -29,17 +30,20 @@ Description describe(const std::string& rest, const std::filesystem::path& folde
 WorldContents contents_of(const Description& scene) {
   WorldContents contents;
   for (const BandDescription& band : scene.bands) {
-    contents.bands.push_back(band.grey() ? Band(band.name) : Band(band.name, (*band.um)[0], (*band.um)[1], band.samples, band.response));
+    contents.bands.push_back(band.grey() ? Band(band.name)
+                                         : Band(band.name, (*band.um)[0], (*band.um)[1], band.samples, band.response));
   }
   build_surfaces(scene, contents);
   return contents;
 }
 
-WorldContents contents_of(const std::string& objects, const std::filesystem::path& folder = ".", const std::string& bands = kLwir) {
+WorldContents contents_of(const std::string& objects, const std::filesystem::path& folder = ".",
+                          const std::string& bands = kLwir) {
   return contents_of(describe("\"objects\": [" + objects + "]", folder, bands));
 }
 
-const char* const kTwoGroups = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\ng wheel left\nusemtl rubber\nf 1 2 3\ng hull\nusemtl steel\nf 1 3 4\n";
+const char* const kTwoGroups =
+    "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\ng wheel left\nusemtl rubber\nf 1 2 3\ng hull\nusemtl steel\nf 1 3 4\n";
 
 std::filesystem::path folder_of(const ScratchFolder& folder) { return folder / ""; }
 
@@ -100,8 +104,9 @@ TEST_CASE("groups and materials of a mesh file get what the scene says of them",
   const ScratchFolder folder;
   folder.write("truck.obj", kTwoGroups);
   const auto object_of = [&](const std::string& groups) {
-    return contents_of(describe(R"("objects": [{"mesh": "truck.obj", "material": "paint", "K": 290, "groups": )" + groups +
-                                    R"(}], "materials": {"paint": {}, "tyre": {}})", folder_of(folder)));
+    return contents_of(describe(R"("objects": [{"mesh": "truck.obj", "material": "paint", "K": 290, "groups": )" +
+                                    groups + R"(}], "materials": {"paint": {}, "tyre": {}})",
+                                folder_of(folder)));
   };
   // Materials: 0 black, 1 paint, 2 tyre.
   const WorldContents plain = object_of("{}");
@@ -136,7 +141,8 @@ TEST_CASE("objects of one mesh file share it, those with a table of temperatures
   folder.write("hill.asc", "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2\n3 4\n");
   const WorldContents contents = contents_of(
       R"({"mesh": "truck.obj", "K": 300}, {"mesh": "truck.obj"}, {"mesh": "truck.obj", "temperature": {"file": "K.csv"}},
-         {"mesh": "truck.obj", "temperature": {"file": "K.csv"}, "K": 280}, {"mesh": "hill.asc"})", folder_of(folder));
+         {"mesh": "truck.obj", "temperature": {"file": "K.csv"}, "K": 280}, {"mesh": "hill.asc"})",
+      folder_of(folder));
   const auto& objects = contents.objects;
   CHECK(objects[0].mesh == objects[1].mesh);
   CHECK(objects[2].mesh == objects[3].mesh);
@@ -171,7 +177,9 @@ TEST_CASE("every broken mesh is told in one run", "[scene][surfaces][errors]") {
   folder.write("d.obj", kTwoGroups);
   folder.write("K.csv", "face,K\n9,300\n");
   try {
-    contents_of(R"({"mesh": "a.obj"}, {"mesh": "b.stl"}, {"mesh": "c.asc"}, {"mesh": "d.obj", "temperature": {"file": "K.csv"}})", folder_of(folder));
+    contents_of(
+        R"({"mesh": "a.obj"}, {"mesh": "b.stl"}, {"mesh": "c.asc"}, {"mesh": "d.obj", "temperature": {"file": "K.csv"}})",
+        folder_of(folder));
     FAIL("accepted");
   } catch (const InputError& error) {
     INFO(error.what());

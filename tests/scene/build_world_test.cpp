@@ -1,10 +1,10 @@
 // From a description to the World: places, optics, temperatures, lattices, sources.
-#include <catch2/catch.hpp>
+#include "scene/build_world.h"
 
+#include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
 
-#include "scene/build_world.h"
 #include "scene/scene_io.h"
 #include "tests/support/scratch_folder.h"
 
@@ -44,7 +44,8 @@ double depth_along(const World& world, const Vec3d& from, const Vec3d& direction
 }  // namespace
 
 TEST_CASE("a place scales lengths, turns and shifts a cloud, and leaves its density", "[scene][world]") {
-  const World world = build(scene_with_box(R"(, "place": {"translate_m": [10, 20, 30], "rotate_deg": [0, 0, 90], "scale": 3})")).world;
+  const World world =
+      build(scene_with_box(R"(, "place": {"translate_m": [10, 20, 30], "rotate_deg": [0, 0, 90], "scale": 3})")).world;
   CHECK(world.bounds().min.x == Approx(10 - 1.5));
   CHECK(world.bounds().max.y == Approx(20 + 3));
   // The long side, 2 m, has become 6 m along y.
@@ -56,7 +57,8 @@ TEST_CASE("a place scales lengths, turns and shifts a cloud, and leaves its dens
 
 TEST_CASE("media of one grid add up and keep their own albedo", "[scene][world]") {
   const World world = build(scene_with(R"({"grid": {"shape": "box", "size_m": [1, 1, 1], "voxel_m": 0.25}, "media": [
-      {"density": "density", "extinction": 0.5, "albedo": 0.25}, {"density": "density", "extinction": 2, "albedo": 0.75}]})")).world;
+      {"density": "density", "extinction": 0.5, "albedo": 0.25}, {"density": "density", "extinction": 2, "albedo": 0.75}]})"))
+                          .world;
   CHECK(world.at(0, Vec3d(0)).extinction == Approx(2.5));
   CHECK(world.at(0, Vec3d(0)).scattering == Approx(0.125 + 1.5));
 }
@@ -76,7 +78,8 @@ TEST_CASE("spectral optics are taken where each interval is", "[scene][world]") 
   const World world = build(R"({"obscura": 1, "bands": [{"name": "lwir", "um": [8, 12], "samples": 2}],
     "clouds": [{"grid": {"shape": "box", "size_m": [1, 1, 1], "voxel_m": 0.25},
                 "media": [{"density": "density", "extinction": {"um": [8, 12], "value": [1, 5]}}]}],
-    "sensor": {"position_m": [0, -10, 0], "look_at_m": [0, 0, 0]}})").world;
+    "sensor": {"position_m": [0, -10, 0], "look_at_m": [0, 0, 0]}})")
+                          .world;
   REQUIRE(world.interval_count() == 2);
   CHECK(world.at(0, Vec3d(0)).extinction == Approx(2));
   CHECK(world.at(1, Vec3d(0)).extinction == Approx(4));
@@ -97,20 +100,24 @@ TEST_CASE("raw grids of one lattice share an octree, others get their own with t
     {"raw": "coarse.f32", "type": "float32", "resolution": [4, 4, 4], "order": "x-fastest", "voxel_m": [2, 2, 2],
      "origin_m": [0, 0, 0], "grid": "heat"}])";
   const BuiltWorld built = build(scene_with(R"({"grid": {"file": "cloud.json"},
-      "media": [{"density": "smoke", "extinction": 1}], "temperature": {"grid": "heat"}})"), 0, folder.path());
+      "media": [{"density": "smoke", "extinction": 1}], "temperature": {"grid": "heat"}})"),
+                                 0, folder.path());
   REQUIRE(built.world.cloud_count() == 1);
   CHECK(built.world.clouds()[0].octree->channel_count() == 2);
   CHECK(built.world.at(0, Vec3d(4)).emission == Approx(built.world.bands()[0].planck(400)).epsilon(1e-3));
 
   CHECK_THROWS_WITH(build(scene_with(R"({"grid": {"file": "cloud.json"},
-      "media": [{"density": "dust", "extinction": 1}]})"), 0, folder.path()), Catch::Contains("dust"));
+      "media": [{"density": "dust", "extinction": 1}]})"),
+                          0, folder.path()),
+                    Catch::Contains("dust"));
 }
 
 TEST_CASE("sky, sun, hot spheres and beams arrive in the World", "[scene][world]") {
   const World world = build(scene_with_box("", R"(,
     "environment": {"sky": {"K": 250}, "sun": {"zenith_deg": 90, "azimuth_deg": 90, "irradiance": 2}},
     "sources": [{"name": "flare", "position_m": [0, 0, 2], "radius_m": 0.1, "K": 2000}],
-    "beams": [{"position_m": [0, 0, 5], "toward": [0, 0, -2], "power": 1}])")).world;
+    "beams": [{"position_m": [0, 0, 5], "toward": [0, 0, -2], "power": 1}])"))
+                          .world;
   CHECK(world.sky(0) == Approx(world.bands()[0].planck(250)));
   REQUIRE(world.suns().size() == 1);
   CHECK(world.suns()[0].toward.x == Approx(1));
@@ -126,7 +133,8 @@ TEST_CASE("objects, moon and air arrive in the World", "[scene][world]") {
   const World world = build(scene_with_box("", R"(,
     "objects": [{"name": "ball", "shape": "sphere", "radius_m": 2, "K": 300}, {"shape": "box", "size_m": [1, 1, 1]}],
     "environment": {"sun": {"toward": [1, 0, 0], "irradiance": 2}, "moon": {"toward": [0, 1, 0], "irradiance": 0.5},
-                    "atmosphere": {"extinction_per_m": 0.01, "K": 280}})")).world;
+                    "atmosphere": {"extinction_per_m": 0.01, "K": 280}})"))
+                          .world;
   REQUIRE(world.suns().size() == 2);
   CHECK(world.suns()[0].irradiance[0] == Approx(8));
   CHECK(world.suns()[1].toward == Vec3d(0, 1, 0));
@@ -137,7 +145,8 @@ TEST_CASE("objects, moon and air arrive in the World", "[scene][world]") {
   CHECK(world.bounds().max.z == Approx(2));
 }
 
-TEST_CASE("air has 288 K unless its temperature or radiance is given, and is none where it is clear", "[scene][world]") {
+TEST_CASE("air has 288 K unless its temperature or radiance is given, and is none where it is clear",
+          "[scene][world]") {
   const auto air = [](const std::string& keys, const std::string& bands) {
     std::string text = R"({"obscura": 1, "bands": [)";
     text += bands;
@@ -151,7 +160,8 @@ TEST_CASE("air has 288 K unless its temperature or radiance is given, and is non
   const double warm = by_default.bands()[0].planck(288);
   CHECK(by_default.atmosphere()->radiance == std::vector<double>{warm, 0});
   CHECK(air(R"("extinction_per_m": 0.1, "radiance": 3)", both).atmosphere()->radiance == std::vector<double>{12, 3});
-  CHECK(air(R"("extinction_per_m": 0.1, "radiance": 3, "K": 288)", both).atmosphere()->radiance == std::vector<double>{warm, 3});
+  CHECK(air(R"("extinction_per_m": 0.1, "radiance": 3, "K": 288)", both).atmosphere()->radiance ==
+        std::vector<double>{warm, 3});
   CHECK_FALSE(air(R"("extinction_per_m": 0, "K": 300)", lwir).atmosphere());
 }
 

@@ -1,14 +1,13 @@
 // The keys of sensor/detector: each alone changes the picture as it says, and what cannot be is refused.
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <cstring>
 
 #include "full_scene.h"
 #include "octree/base/error.h"
 #include "scene/run.h"
 #include "scene/scene_io.h"
-
-#include <algorithm>
-#include <cmath>
-#include <cstring>
 
 using namespace obscura;
 using obscura::test::Json;
@@ -94,15 +93,18 @@ TEST_CASE("each key of the detector alone changes the picture as it says", "[sce
   const RunResult dead = run({{"dead_share", 0.1}}, folder);
   CHECK(static_cast<double>(dead.report.detector[0].second.dead) == Approx(192).margin(60));
   const auto holes = dead.image.channel("b.detector");
-  CHECK(static_cast<std::uint64_t>(std::count(holes.begin(), holes.end(), 0.0f)) == dead.report.detector[0].second.dead);
+  CHECK(static_cast<std::uint64_t>(std::count(holes.begin(), holes.end(), 0.0f)) ==
+        dead.report.detector[0].second.dead);
   CHECK(run({{"dead_share", 0.1}, {"seed", 1}}, folder).image.channel("b.detector")[7] == holes[7]);  // the render's
   const Image other = run({{"dead_share", 0.1}, {"seed", 2}}, folder).image;
   CHECK_FALSE(std::equal(holes.begin(), holes.end(), other.channel("b.detector").begin()));
   CHECK(deviation(run({{"gain_nonuniformity", 0.02}}, folder).image, "b.detector") == Approx(0.02 * sky).epsilon(0.1));
   CHECK(deviation(run({{"offset_nonuniformity", 0.3}}, folder).image, "b.detector") == Approx(0.3).epsilon(0.1));
 
-  CHECK(static_cast<double>(run({{"gain", 2}}, folder).image.channel("b.detector")[0]) == Approx(2 * sky).epsilon(1e-6));
-  CHECK(static_cast<double>(run({{"offset", 3}}, folder).image.channel("b.detector")[0]) == Approx(sky + 3).epsilon(1e-6));
+  CHECK(static_cast<double>(run({{"gain", 2}}, folder).image.channel("b.detector")[0]) ==
+        Approx(2 * sky).epsilon(1e-6));
+  CHECK(static_cast<double>(run({{"offset", 3}}, folder).image.channel("b.detector")[0]) ==
+        Approx(sky + 3).epsilon(1e-6));
 
   const RunResult counts = run({{"bits", 8}, {"range", {0, 50}}}, folder);
   CHECK(static_cast<double>(counts.image.channel("b.counts")[0]) == std::round(sky / 50 * 255));
@@ -127,7 +129,8 @@ TEST_CASE("a band may have settings of its own", "[scene][detector]") {
   const auto grey = problems_of(scene, folder.path());
   REQUIRE(grey.size() == 1);
   CHECK(grey[0].where == "/sensor/detector/nedt_K");
-  scene["sensor"]["detector"]["bands"] = Json::parse(R"({"c": {"range": [0, 4], "nedt_K": 0.3, "gain": 1.5, "offset": 0.5},
+  scene["sensor"]["detector"]["bands"] =
+      Json::parse(R"({"c": {"range": [0, 4], "nedt_K": 0.3, "gain": 1.5, "offset": 0.5},
                                                         "g": {"ner": 0.25, "psf_sigma_px": 1}})");
   const Image image = run_scene(parse_scene(scene.dump(), folder.path()), {}).image;
   const double b = Band("b", 8, 12).planck(300), c = Band("c", 3, 5).planck(300);
@@ -156,32 +159,31 @@ TEST_CASE("what a detector cannot be is refused with its place", "[scene][detect
     Json detector;
     std::string where, says;
   };
-  const std::vector<Wrong> list = {
-      {{{"psf_sigma_px", -1}}, "psf_sigma_px", "out of range"},
-      {{{"psf_sigma_px", 1}, {"psf_file", "psf.pgm"}}, "psf_file", "both given"},
-      {{{"psf_file", "absent.png"}}, "psf_file", "no such file"},
-      {{{"psf_file", "even.pgm"}}, "psf_file", "odd sides"},
-      {{{"psf_file", "text.png"}}, "psf_file", "cannot be read as a point spread"},
-      {{{"nedt_K", -0.1}}, "nedt_K", "out of range"},
-      {{{"nedt_at_K", 0}}, "nedt_at_K", "above 0"},
-      {{{"nedt_K", 0.1}, {"ner", 1}}, "ner", "both given"},
-      {{{"ner", 1}, {"integration_s", 1}}, "reference_integration_s", "is missing"},
-      {{{"ner", 1}, {"reference_integration_s", 1}}, "integration_s", "is missing"},
-      {{{"integration_s", 0}, {"reference_integration_s", 1}}, "integration_s", "above 0"},
-      {{{"dead_share", 1.1}}, "dead_share", "from 0 to 1"},
-      {{{"gain_nonuniformity", 2}}, "gain_nonuniformity", "from 0 to 1"},
-      {{{"offset_nonuniformity", -1}}, "offset_nonuniformity", "out of range"},
-      {{{"gain", 0}}, "gain", "above 0"},
-      {{{"offset", "much"}}, "offset", "expected a number"},
-      {{{"bits", 17}}, "bits", "from 0 to 16"},
-      {{{"bits", 2.5}}, "bits", "whole number"},
-      {{{"range", {1, 0}}}, "range/1", "increase"},
-      {{{"range", {1, 1}}}, "range/1", "increase"},
-      {{{"bands", {{"c", {{"gain", 2}}}}}}, "bands/c", "there is no band \"c\""},
-      {{{"bands", {{"b", {{"bits", 2}}}}}}, "bands/b/bits", "unknown key"},
-      {{{"bands", {{"b", {{"range", {2, 1}}}}}}}, "bands/b/range/1", "increase"},
-      {{{"bands", {{"b", {{"nedt_K", 1}, {"ner", 1}}}}}}, "bands/b/ner", "both given"},
-      {{{"seed", -1}}, "seed", "out of range"}};
+  const std::vector<Wrong> list = {{{{"psf_sigma_px", -1}}, "psf_sigma_px", "out of range"},
+                                   {{{"psf_sigma_px", 1}, {"psf_file", "psf.pgm"}}, "psf_file", "both given"},
+                                   {{{"psf_file", "absent.png"}}, "psf_file", "no such file"},
+                                   {{{"psf_file", "even.pgm"}}, "psf_file", "odd sides"},
+                                   {{{"psf_file", "text.png"}}, "psf_file", "cannot be read as a point spread"},
+                                   {{{"nedt_K", -0.1}}, "nedt_K", "out of range"},
+                                   {{{"nedt_at_K", 0}}, "nedt_at_K", "above 0"},
+                                   {{{"nedt_K", 0.1}, {"ner", 1}}, "ner", "both given"},
+                                   {{{"ner", 1}, {"integration_s", 1}}, "reference_integration_s", "is missing"},
+                                   {{{"ner", 1}, {"reference_integration_s", 1}}, "integration_s", "is missing"},
+                                   {{{"integration_s", 0}, {"reference_integration_s", 1}}, "integration_s", "above 0"},
+                                   {{{"dead_share", 1.1}}, "dead_share", "from 0 to 1"},
+                                   {{{"gain_nonuniformity", 2}}, "gain_nonuniformity", "from 0 to 1"},
+                                   {{{"offset_nonuniformity", -1}}, "offset_nonuniformity", "out of range"},
+                                   {{{"gain", 0}}, "gain", "above 0"},
+                                   {{{"offset", "much"}}, "offset", "expected a number"},
+                                   {{{"bits", 17}}, "bits", "from 0 to 16"},
+                                   {{{"bits", 2.5}}, "bits", "whole number"},
+                                   {{{"range", {1, 0}}}, "range/1", "increase"},
+                                   {{{"range", {1, 1}}}, "range/1", "increase"},
+                                   {{{"bands", {{"c", {{"gain", 2}}}}}}, "bands/c", "there is no band \"c\""},
+                                   {{{"bands", {{"b", {{"bits", 2}}}}}}, "bands/b/bits", "unknown key"},
+                                   {{{"bands", {{"b", {{"range", {2, 1}}}}}}}, "bands/b/range/1", "increase"},
+                                   {{{"bands", {{"b", {{"nedt_K", 1}, {"ner", 1}}}}}}, "bands/b/ner", "both given"},
+                                   {{{"seed", -1}}, "seed", "out of range"}};
   for (const Wrong& wrong : list) {
     const auto problems = problems_of(scene_with(wrong.detector), folder.path());
     INFO(wrong.detector.dump());
@@ -209,7 +211,8 @@ TEST_CASE("a grey band has noise by radiance, not by kelvin", "[scene][detector]
 
 TEST_CASE("settings of a detector that change nothing are warned of", "[scene][detector]") {
   const SceneFolder folder("detector_warnings");
-  CHECK(parse_scene(scene_with({{"integration_s", 1}, {"reference_integration_s", 1}}).dump(), folder.path()).warnings.size() == 1);
+  CHECK(parse_scene(scene_with({{"integration_s", 1}, {"reference_integration_s", 1}}).dump(), folder.path())
+            .warnings.size() == 1);
   CHECK(parse_scene(scene_with({{"range", {0, 5}}}).dump(), folder.path()).warnings.size() == 1);
   CHECK(parse_scene(scene_with({{"range", {0, 5}}, {"bits", 8}}).dump(), folder.path()).warnings.empty());
 }

@@ -1,14 +1,14 @@
 // Meshes from files: what is read, and what is said of files that are broken.
+#include "scene/mesh_io.h"
+
+#include <bit>
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <cstring>
 
 #include "../support/scratch_folder.h"
 #include "../support/shared_data.h"
 #include "octree/base/error.h"
-#include "scene/mesh_io.h"
-
-#include <bit>
-#include <cmath>
-#include <cstring>
 
 using namespace obscura;
 using obscura::test::ScratchFolder;
@@ -67,10 +67,12 @@ std::string binary_stl(std::uint32_t announced, std::size_t facets, float z = 0)
 /// A glTF 2.0 of one triangle, with the buffer in the file or beside it.
 std::string gltf(const std::string& uri, const std::string& node = "") {
   return R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
-    "nodes": [{"name": "hull", "mesh": 0)" + node + R"(}],
+    "nodes": [{"name": "hull", "mesh": 0)" +
+         node + R"(}],
     "meshes": [{"name": "plate", "primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
     "materials": [{"name": "steel"}],
-    "buffers": [{"byteLength": 42, "uri": ")" + uri + R"("}],
+    "buffers": [{"byteLength": 42, "uri": ")" +
+         uri + R"("}],
     "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 6}],
     "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]},
                   {"bufferView": 1, "componentType": 5123, "count": 3, "type": "SCALAR"}]})";
@@ -87,12 +89,13 @@ std::string gltf_buffer(std::uint16_t last_index = 2, float first = 0) {
 
 TEST_CASE("an OBJ file gives vertices, faces and the names of its parts", "[scene][mesh]") {
   const ScratchFolder folder;
-  const MeshFile file = read_mesh(folder.write("a.obj", std::string("# a comment\nmtllib none.mtl\no hull\n") + kTetrahedron +
-                                                           "vt 0 0\nvn 0 0 1\ns off\n"
-                                                           "f 1 2 3\n"
-                                                           "g left front\nusemtl red paint\nf 1/1/1 2/1/1 4//1 # no comma\n"
-                                                           "g right\nf -4 -2 -1\r\n"
-                                                           "g left front\nf 2 3 \\\n4\nl 1 2\np 1\n"));
+  const MeshFile file =
+      read_mesh(folder.write("a.obj", std::string("# a comment\nmtllib none.mtl\no hull\n") + kTetrahedron +
+                                          "vt 0 0\nvn 0 0 1\ns off\n"
+                                          "f 1 2 3\n"
+                                          "g left front\nusemtl red paint\nf 1/1/1 2/1/1 4//1 # no comma\n"
+                                          "g right\nf -4 -2 -1\r\n"
+                                          "g left front\nf 2 3 \\\n4\nl 1 2\np 1\n"));
   CHECK(file.mesh.vertices.size() == 4);
   CHECK(file.mesh.faces == std::vector<Face>{{0, 1, 2}, {0, 1, 3}, {0, 2, 3}, {1, 2, 3}});
   CHECK(file.mesh.slots == std::vector<std::uint16_t>{0, 1, 2, 1});
@@ -126,14 +129,16 @@ TEST_CASE("polygons are cut into triangles that cover them and face the same way
   const MeshFile file = read_mesh(folder.write("a.obj", corners));
   CHECK(file.mesh.faces.size() == file.mesh.vertices.size() - 2);
   CHECK(area_of(file.mesh) == Approx(area));
-  for (std::size_t i = 0; i < file.mesh.faces.size(); ++i) CHECK(normal_of(file.mesh, i).dot(normal_of(file.mesh, 0)) > 0);
+  for (std::size_t i = 0; i < file.mesh.faces.size(); ++i)
+    CHECK(normal_of(file.mesh, i).dot(normal_of(file.mesh, 0)) > 0);
   CHECK(file.face_count == 1);
   CHECK(file.face_numbers == std::vector<std::uint32_t>(file.mesh.faces.size(), 0));
 }
 
 TEST_CASE("triangles and polygons keep the file's numbers", "[scene][mesh]") {
   const ScratchFolder folder;
-  const MeshFile file = read_mesh(folder.write("a.obj", "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nf 1 2 3\nf 1 2 3 4\nf 2 3 4\ng a\nf 1 2 3 4\n"));
+  const MeshFile file = read_mesh(
+      folder.write("a.obj", "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nf 1 2 3\nf 1 2 3 4\nf 2 3 4\ng a\nf 1 2 3 4\n"));
   CHECK(file.face_numbers == std::vector<std::uint32_t>{0, 1, 1, 2, 3, 3});
   CHECK(file.mesh.slots == std::vector<std::uint16_t>{0, 0, 0, 0, 1, 1});
   CHECK(file.face_count == 4);
@@ -141,7 +146,8 @@ TEST_CASE("triangles and polygons keep the file's numbers", "[scene][mesh]") {
 
 TEST_CASE("duplicate and degenerate faces are kept", "[scene][mesh]") {
   const ScratchFolder folder;
-  const MeshFile file = read_mesh(folder.write("a.obj", std::string(kTetrahedron) + "f 1 2 3\nf 1 2 3\nf 1 1 2\nf 1 1 1 1\n"));
+  const MeshFile file =
+      read_mesh(folder.write("a.obj", std::string(kTetrahedron) + "f 1 2 3\nf 1 2 3\nf 1 1 2\nf 1 1 1 1\n"));
   CHECK(file.mesh.faces.size() == 5);
 }
 
@@ -185,9 +191,11 @@ TEST_CASE("PLY is read as text and as binary of either byte order", "[scene][mes
   const ScratchFolder folder;
   const std::string format = GENERATE("ascii", "binary_little_endian", "binary_big_endian");
   const bool big = format == "binary_big_endian";
-  std::string bytes = "ply\nformat " + format + " 1.0\ncomment made by a test\nelement camera 1\nproperty int a\n"
-                      "element vertex 4\nproperty double x\nproperty float y\nproperty short z\nproperty uchar red\nproperty float K\n"
-                      "element face 2\nproperty uint8 flags\nproperty list uchar int vertex_indices\nend_header\n";
+  std::string bytes =
+      "ply\nformat " + format +
+      " 1.0\ncomment made by a test\nelement camera 1\nproperty int a\n"
+      "element vertex 4\nproperty double x\nproperty float y\nproperty short z\nproperty uchar red\nproperty float K\n"
+      "element face 2\nproperty uint8 flags\nproperty list uchar int vertex_indices\nend_header\n";
   if (format == "ascii") {
     bytes += "7\n0 0 0 255 300\n1 0 0 255 310\n1 1 0 255 320\n0 1 -5 255 330\n1 4 0 1 2 3\n2 3 0 1 2\n";
   } else {
@@ -222,10 +230,11 @@ TEST_CASE("PLY is read as text and as binary of either byte order", "[scene][mes
 
 TEST_CASE("a PLY file's faces may have temperatures", "[scene][mesh]") {
   const ScratchFolder folder;
-  const MeshFile file = read_mesh(folder.write("a.ply",
-      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
-      "element face 2\nproperty list uchar int vertex_index\nproperty float K\nend_header\n"
-      "0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3 300\n3 0 1 2 400\n"));
+  const MeshFile file = read_mesh(
+      folder.write("a.ply",
+                   "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+                   "element face 2\nproperty list uchar int vertex_index\nproperty float K\nend_header\n"
+                   "0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3 300\n3 0 1 2 400\n"));
   CHECK(file.mesh.face_K == std::vector<float>{300, 300, 400});
 }
 
@@ -245,7 +254,8 @@ TEST_CASE("what is wrong with a PLY file is said with its line or element", "[sc
   refused("ply\nformat ascii 1.0\n" + vertices + vertices, ", line 7", "announced twice");
   refused("ply\nformat ascii 1.0\nelement vertex 1\nproperty real x\n", ", line 4", "does not belong");
   refused("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n0\n", "", "no x, y and z");
-  refused("ply\nformat ascii 1.0\n" + vertices + "element face 1\nproperty int a\nend_header\n0 0 0\n0 0 0\n0 0 0\n1\n", "", "no list vertex_indices");
+  refused("ply\nformat ascii 1.0\n" + vertices + "element face 1\nproperty int a\nend_header\n0 0 0\n0 0 0\n0 0 0\n1\n",
+          "", "no list vertex_indices");
   refused(header + "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", ", line 13", "names vertex 3, but there are 3");
   refused(header + "0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n", ", line 13", "names vertex -1");
   refused(header + "0 0 0\n1 0 0\n0 1 0\n2 0 1\n", ", line 13", "2 of at least three");
@@ -255,15 +265,18 @@ TEST_CASE("what is wrong with a PLY file is said with its line or element", "[sc
   refused(header + "0 0 0\n1 0 x\n", ", line 11", "\"x\" is no number");
   refused(header + "0 0 0\n1 0 0\n0 1 0\n", ", line 12", "ends at face 0 of 1");
   refused(header + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 2\n", ", line 14", "more than the header announces");
-  refused("ply\nformat ascii 1.0\n" + vertices + "property float K\n" + faces + "0 0 0 -1\n", ", line 11", "no temperature");
+  refused("ply\nformat ascii 1.0\n" + vertices + "property float K\n" + faces + "0 0 0 -1\n", ", line 11",
+          "no temperature");
   refused("ply\nformat binary_little_endian 1.0\n" + vertices + faces + "12345678", "", "vertex 0: the file ends here");
   refused("ply\nformat ascii 1.0\n" + vertices + "end_header\n0 0 0\n1 0 0\n0 1 0\n", "", "holds no face");
 }
 
 TEST_CASE("STL is read as text and as binary", "[scene][mesh]") {
   const ScratchFolder folder;
-  const std::string facet = "facet normal 0 0 0\nouter loop\nvertex 0 0 0\nVERTEX 1e0 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
-  const MeshFile text = read_mesh(folder.write("a.stl", "solid left door\n" + facet + facet + "endsolid left door\n\nsolid right\n  " + facet + "endsolid\n"));
+  const std::string facet =
+      "facet normal 0 0 0\nouter loop\nvertex 0 0 0\nVERTEX 1e0 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+  const MeshFile text = read_mesh(folder.write(
+      "a.stl", "solid left door\n" + facet + facet + "endsolid left door\n\nsolid right\n  " + facet + "endsolid\n"));
   CHECK(text.mesh.faces.size() == 3);
   CHECK(text.mesh.vertices.size() == 9);
   CHECK(text.mesh.slots == std::vector<std::uint16_t>{0, 0, 1});
@@ -281,8 +294,10 @@ TEST_CASE("what is wrong with an STL file is said with its line or facet", "[sce
   const auto refused = [&](const std::string& text, const std::string& where, const std::string& says) {
     check_refused(folder.write("a.stl", text), where, says);
   };
-  refused("solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n", ", line 5", "ends inside of a solid");
-  refused("solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\n", ", line 6", "\"vertex\" is expected, found \"endloop\"");
+  refused("solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n", ", line 5",
+          "ends inside of a solid");
+  refused("solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\n", ", line 6",
+          "\"vertex\" is expected, found \"endloop\"");
   refused("solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 nan\n", ", line 4", "z is not finite");
   refused("solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n", ", line 4", "three coordinates");
   refused("solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 b 0\n", ", line 4", "\"b\" is no coordinate");
@@ -302,7 +317,8 @@ TEST_CASE("glTF nodes are put where they stand, and mirrored ones keep their fro
   CHECK(plain.slot_names[0] == std::vector<std::string>{"plate", "hull", "steel"});
   CHECK(normal_of(plain.mesh, 0).z == Approx(1));
 
-  const MeshFile moved = read_mesh(folder.write("c.gltf", gltf("b.bin", R"(, "translation": [10, 20, 30], "scale": [2, 2, 2])")));
+  const MeshFile moved =
+      read_mesh(folder.write("c.gltf", gltf("b.bin", R"(, "translation": [10, 20, 30], "scale": [2, 2, 2])")));
   CHECK(moved.mesh.vertices[1] == Vec3d(12, 20, 30));
   CHECK(normal_of(moved.mesh, 0).z == Approx(4));
 

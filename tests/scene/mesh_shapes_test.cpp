@@ -1,6 +1,6 @@
-#include <catch2/catch.hpp>
-
 #include "scene/mesh_shapes.h"
+
+#include <catch2/catch.hpp>
 
 using namespace obscura;
 

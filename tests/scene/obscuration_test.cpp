@@ -1,12 +1,12 @@
 // Small scenes whose obscuration is known on paper: a warm box before a cool wall behind a cloud.
 #include "scene/obscuration.h"
 
-#include <catch2/catch.hpp>
-#include <algorithm>
-#include <cmath>
-
-#include <nlohmann/json.hpp>
 #include <tbb/global_control.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "octree/base/error.h"
 #include "photon/band.h"
@@ -22,13 +22,15 @@ constexpr double kBox = 310, kWall = 285, kCloud = 295, kDepth = 1.5;
 std::string scene_text(const std::string& medium, const std::string& more = "") {
   return R"({"obscura": 1,
     "bands": [{"name": "lwir", "um": [8, 12]}],
-    "clouds": [{"name": "slab", "grid": {"shape": "box", "size_m": [24, 1, 24], "voxel_m": 1}, "media": [)" + medium + R"(],
+    "clouds": [{"name": "slab", "grid": {"shape": "box", "size_m": [24, 1, 24], "voxel_m": 1}, "media": [)" +
+         medium + R"(],
                 "temperature": {"K": 295}, "place": {"translate_m": [0, -5, 0]}}],
     "objects": [{"name": "wall", "shape": "box", "size_m": [60, 1, 60], "K": 285, "place": {"translate_m": [0, 5, 0]}},
                 {"name": "box", "shape": "box", "size_m": [2, 1, 2], "K": 310}],
     "sensor": {"position_m": [0, -20, 0], "look_at_m": [0, 0, 0], "projection": "orthographic", "width_m": 9.7,
                "resolution": [24, 24], "max_oversampling": 16},
-    "render": {"photons": 30000, "octree_tolerance": 0})" + more + "}";
+    "render": {"photons": 30000, "octree_tolerance": 0})" +
+         more + "}";
 }
 
 Obscuration find(const std::string& text, ObscurationWish wish = {}) {
@@ -80,13 +82,16 @@ TEST_CASE("behind a cloud that absorbs and glows contrast falls by exp(-depth)",
   CHECK(std::abs(first(wrong).difference_ratio->value - std::exp(-kDepth)) > 100 * 1e-4 * std::exp(-kDepth));
 }
 
-TEST_CASE("where the cloud scatters, contrast falls by less than exp(-depth) and more than by absorption alone", "[scene][obscuration]") {
+TEST_CASE("where the cloud scatters, contrast falls by less than exp(-depth) and more than by absorption alone",
+          "[scene][obscuration]") {
   // The box's light that is scattered forward arrives from near its place: part of what its lines of sight have lost.
-  const std::string text = scene_text(R"({"extinction": 1.5, "albedo": 0.6, "phase": {"type": "henyey_greenstein", "g": 0.85}})");
+  const std::string text =
+      scene_text(R"({"extinction": 1.5, "albedo": 0.6, "phase": {"type": "henyey_greenstein", "g": 0.85}})");
   ObscurationWish wish;
   wish.replicas = 4;
   const auto by = [&](const char* method) {
-    return first(find_obscuration(parse_scene(text, ".", {{"/render/method", method}, {"/render/photons", "100000"}}), wish));
+    return first(
+        find_obscuration(parse_scene(text, ".", {{"/render/method", method}, {"/render/photons", "100000"}}), wish));
   };
   const BandObscuration paths = by("path"), photons = by("photon");
   CHECK(paths.transmission->value == Approx(std::exp(-kDepth)).epsilon(1e-4));
@@ -141,21 +146,25 @@ TEST_CASE("what is asked for and is not there is told", "[scene][obscuration]") 
   CHECK(problems[0].where == "clouds");
 }
 
-TEST_CASE("what surfaces reflect is gathered in both looks unless the scene forbids it, and then it is told", "[scene][obscuration]") {
+TEST_CASE("what surfaces reflect is gathered in both looks unless the scene forbids it, and then it is told",
+          "[scene][obscuration]") {
   std::string text = scene_text(R"({"extinction": 0.2, "albedo": 0.5})");
   text.replace(text.find(R"("K": 310)"), 8, R"("K": 310, "material": "paint")");
-  text.replace(text.find(R"("sensor")"), 8, R"("materials": {"paint": {"emissivity": 0.5}}, "environment": {"sky": {"K": 270}}, "sensor")");
+  text.replace(text.find(R"("sensor")"), 8,
+               R"("materials": {"paint": {"emissivity": 0.5}}, "environment": {"sky": {"K": 270}}, "sensor")");
   ObscurationWish wish;
   wish.replicas = 2;
   const auto by = [&](const char* gather) {
-    return find_obscuration(parse_scene(text, ".", {{"/render/final_gather", gather}, {"/render/photons", "5000"}}), wish);
+    return find_obscuration(parse_scene(text, ".", {{"/render/final_gather", gather}, {"/render/photons", "5000"}}),
+                            wish);
   };
   const Obscuration open = by("null"), on = by("1"), off = by("0");
   CHECK(first(open).without.object->value == first(on).without.object->value);
   CHECK(first(open).with.object->value == first(on).with.object->value);
   CHECK(first(open).with.object->value != first(off).with.object->value);
   const auto told = [](const Obscuration& o) {
-    return std::ranges::any_of(o.warnings, [](const std::string& w) { return w.find("nothing is gathered") != std::string::npos; });
+    return std::ranges::any_of(o.warnings,
+                               [](const std::string& w) { return w.find("nothing is gathered") != std::string::npos; });
   };
   CHECK_FALSE(told(open));
   CHECK(told(off));

@@ -1,11 +1,10 @@
 // What the plan says of surfaces, light and air, and which settings it hands on.
+#include <algorithm>
 #include <catch2/catch.hpp>
 
-#include "scene/scene_io.h"
 #include "scene/run.h"
+#include "scene/scene_io.h"
 #include "scene/session.h"
-
-#include <algorithm>
 
 using namespace obscura;
 
@@ -21,19 +20,22 @@ Plan plan_of(const std::string& rest) {
 }
 
 PlanRow row_of(const Plan& plan, const std::string& effect) {
-  const auto row = std::find_if(plan.effects.begin(), plan.effects.end(), [&](const PlanRow& r) { return r.effect == effect; });
+  const auto row =
+      std::find_if(plan.effects.begin(), plan.effects.end(), [&](const PlanRow& r) { return r.effect == effect; });
   REQUIRE(row != plan.effects.end());
   CHECK_FALSE(row->reason.empty());
   return *row;
 }
 
-const std::string kBall = R"("environment": {"sky": {"K": 260}}, "objects": [{"shape": "sphere", "radius_m": 1, "material": "m"}], "materials": {"m": )";
+const std::string kBall =
+    R"("environment": {"sky": {"K": 260}}, "objects": [{"shape": "sphere", "radius_m": 1, "material": "m"}], "materials": {"m": )";
 
 }  // namespace
 
 TEST_CASE("an empty scene has no surfaces, mirrors, air, sun or masks", "[scene][plan]") {
   const Plan plan = plan_of("");
-  for (const char* effect : {"surfaces", "specular", "sun", "atmosphere", "masking"}) CHECK_FALSE(row_of(plan, effect).on);
+  for (const char* effect : {"surfaces", "specular", "sun", "atmosphere", "masking"})
+    CHECK_FALSE(row_of(plan, effect).on);
   CHECK(plan.radiance.specular_depth == 2);
 }
 
@@ -52,25 +54,37 @@ TEST_CASE("specular is on where something mirrors", "[scene][plan]") {
   CHECK_FALSE(row_of(plan_of(kBall + R"({"emissivity": 0.5}})"), "specular").on);
   // Black reflects nothing, unless its emissivity falls with the angle.
   CHECK_FALSE(row_of(plan_of(kBall + R"({"emissivity": 1, "specular": 0.5}})"), "specular").on);
-  CHECK(row_of(plan_of(kBall + R"({"specular": 0.5, "emissivity_by_angle": {"angle_deg": [0, 90], "factor": [1, 0]}}})"), "specular").on);
+  CHECK(
+      row_of(plan_of(kBall + R"({"specular": 0.5, "emissivity_by_angle": {"angle_deg": [0, 90], "factor": [1, 0]}}})"),
+             "specular")
+          .on);
   // A material that nothing is made of does not count.
-  CHECK_FALSE(row_of(plan_of(R"("objects": [{"shape": "sphere", "radius_m": 1}], "materials": {"m": {"emissivity": 0, "specular": 1}})"), "specular").on);
+  CHECK_FALSE(
+      row_of(
+          plan_of(
+              R"("objects": [{"shape": "sphere", "radius_m": 1}], "materials": {"m": {"emissivity": 0, "specular": 1}})"),
+          "specular")
+          .on);
 
   const Description scene = parse_scene(R"({"obscura": 1, "bands": [{"um": [8, 12]}],
-    "sensor": {"position_m": [0, -10, 0], "look_at_m": [0, 0, 0], "specular_depth": 0}, )" + kBall + R"({"emissivity": 0, "specular": 1}}})", ".");
+    "sensor": {"position_m": [0, -10, 0], "look_at_m": [0, 0, 0], "specular_depth": 0}, )" +
+                                            kBall + R"({"emissivity": 0, "specular": 1}}})",
+                                        ".");
   const Plan none = Session(scene, 0).plan();
   CHECK_FALSE(row_of(none, "specular").on);
   CHECK(row_of(none, "specular").reason == "specular_depth is 0");
 }
 
 TEST_CASE("a moon is a sun, and air counts where it absorbs", "[scene][plan]") {
-  const std::string ball = R"("objects": [{"shape": "sphere", "radius_m": 1, "K": 290, "material": "m"}], "materials": {"m": {"emissivity": 0.9}}, )";
+  const std::string ball =
+      R"("objects": [{"shape": "sphere", "radius_m": 1, "K": 290, "material": "m"}], "materials": {"m": {"emissivity": 0.9}}, )";
   const Plan moon = plan_of(ball + R"("environment": {"moon": {"zenith_deg": 30}})");
   CHECK(row_of(moon, "sun").on);
   CHECK_THAT(row_of(moon, "sun").reason, Catch::StartsWith("the scene has a moon"));
   CHECK_FALSE(row_of(plan_of(R"("environment": {"moon": {"zenith_deg": 30, "irradiance": 0}})"), "sun").on);
   CHECK(row_of(plan_of(ball + R"("environment": {"atmosphere": {"extinction_per_m": 1e-4}})"), "atmosphere").on);
-  CHECK_FALSE(row_of(plan_of(ball + R"("environment": {"atmosphere": {"extinction_per_m": 0, "K": 300}})"), "atmosphere").on);
+  CHECK_FALSE(
+      row_of(plan_of(ball + R"("environment": {"atmosphere": {"extinction_per_m": 0, "K": 300}})"), "atmosphere").on);
 }
 
 namespace {
@@ -87,14 +101,18 @@ const char* const kThermal = R"([{"name": "lwir", "um": [8, 12]}])";
 
 std::string scene_text(const std::string& bands, const std::string& cloud, const std::string& rest) {
   std::string text = R"({"obscura": 1, "bands": )" + bands;
-  text += R"(, "sensor": {"position_m": [0, -10, 0], "look_at_m": [0, 0, 0], "resolution": [16, 12], "max_oversampling": 4, "antialiasing": {"polygons": 0}})";
-  if (!cloud.empty()) text += R"(, "clouds": [{"name": "c", "grid": {"shape": "box", "size_m": [2, 2, 2], "voxel_m": 0.5}, )" + cloud + "}]";
+  text +=
+      R"(, "sensor": {"position_m": [0, -10, 0], "look_at_m": [0, 0, 0], "resolution": [16, 12], "max_oversampling": 4, "antialiasing": {"polygons": 0}})";
+  if (!cloud.empty())
+    text +=
+        R"(, "clouds": [{"name": "c", "grid": {"shape": "box", "size_m": [2, 2, 2], "voxel_m": 0.5}, )" + cloud + "}]";
   if (!rest.empty()) text += ", " + rest;
   return text + "}";
 }
 
 std::string media(double extinction, double albedo) {
-  return R"("media": [{"extinction": )" + std::to_string(extinction) + R"(, "albedo": )" + std::to_string(albedo) + "}]";
+  return R"("media": [{"extinction": )" + std::to_string(extinction) + R"(, "albedo": )" + std::to_string(albedo) +
+         "}]";
 }
 
 std::string effects_on(const Plan& plan) {
@@ -113,10 +131,12 @@ TEST_CASE("every scene has the effects that it calls for", "[scene][plan]") {
   const std::string sky = R"("environment": {"sky": {"radiance": 1}})";
   const std::string warm_sky = R"("environment": {"sky": {"K": 280}})";
   const std::string day = R"("environment": {"sky": {"radiance": 1}, "sun": {"zenith_deg": 30, "irradiance": 5}})";
-  const std::string ball = R"("objects": [{"shape": "sphere", "radius_m": 0.5, "K": 300, "material": "m"}], "materials": {"m": {"emissivity": 0.9}}, )";
+  const std::string ball =
+      R"("objects": [{"shape": "sphere", "radius_m": 0.5, "K": 300, "material": "m"}], "materials": {"m": {"emissivity": 0.9}}, )";
   const std::string seven = R"([{"name": "lwir", "um": [8, 12], "samples": 7}])";
   const std::string two = R"([{"name": "mwir", "um": [3, 5]}, {"name": "lwir", "um": [8, 12], "samples": 3}])";
-  const std::string coloured = R"("media": [{"extinction": {"um": [8, 12], "value": [1, 2]}}], "temperature": {"K": 300})";
+  const std::string coloured =
+      R"("media": [{"extinction": {"um": [8, 12], "value": [1, 2]}}], "temperature": {"K": 300})";
   const std::vector<Row> table = {
       {"no cloud at all", kGrey, "", sky, "sky"},
       {"nothing at all", kGrey, "", "", ""},
@@ -131,13 +151,17 @@ TEST_CASE("every scene has the effects that it calls for", "[scene][plan]") {
       {"day", kGrey, media(1, 0.9), day, "absorption, single scattering, multiple scattering, sun, sky"},
       {"no polygons, sun beside the picture", kGrey, media(1, 0), day, "absorption, sky"},
       {"polygons", kThermal, "", ball + warm_sky, "surfaces, sky, masking"},
-      {"black polygons do not reflect the sun", kThermal, "", R"("objects": [{"shape": "sphere", "radius_m": 0.5, "K": 300}], )" + day, "surfaces, sky, masking"},
-      {"one band whose intervals are alike", seven, media(1, 0) + R"(, "temperature": {"K": 300})", warm_sky, "absorption, emission, sky"},
+      {"black polygons do not reflect the sun", kThermal, "",
+       R"("objects": [{"shape": "sphere", "radius_m": 0.5, "K": 300}], )" + day, "surfaces, sky, masking"},
+      {"one band whose intervals are alike", seven, media(1, 0) + R"(, "temperature": {"K": 300})", warm_sky,
+       "absorption, emission, sky"},
       {"many intervals", seven, coloured, warm_sky, "absorption, emission, sky, spectral sampling"},
       {"many bands", two, coloured, warm_sky, "absorption, emission, sky, spectral sampling"},
-      {"air", kThermal, media(1, 0), ball + R"("environment": {"sky": {"K": 280}, "atmosphere": {"extinction_per_m": 1e-3}})",
+      {"air", kThermal, media(1, 0),
+       ball + R"("environment": {"sky": {"K": 280}, "atmosphere": {"extinction_per_m": 1e-3}})",
        "absorption, surfaces, sky, atmosphere, masking"},
-      {"air that hardly shows", kThermal, "", ball + R"("environment": {"sky": {"K": 280}, "atmosphere": {"extinction_per_m": 1e-7}})",
+      {"air that hardly shows", kThermal, "",
+       ball + R"("environment": {"sky": {"K": 280}, "atmosphere": {"extinction_per_m": 1e-7}})",
        "surfaces, sky, masking"},
   };
   for (const Row& row : table) {
@@ -154,16 +178,20 @@ TEST_CASE("suns are off where their light is nowhere", "[scene][plan]") {
   const auto sun_row = [](const std::string& bands, const std::string& rest) {
     return row_of(Session(parse_scene(scene_text(bands, media(1, 0.9), rest), "."), 0).plan(), "sun");
   };
-  const PlanRow dark = sun_row(kThermal, R"("environment": {"sky": {"K": 280}, "sun": {"zenith_deg": 30, "irradiance": {"um": [1, 2], "value": [1, 0]}}})");
+  const PlanRow dark = sun_row(
+      kThermal,
+      R"("environment": {"sky": {"K": 280}, "sun": {"zenith_deg": 30, "irradiance": {"um": [1, 2], "value": [1, 0]}}})");
   CHECK_FALSE(dark.on);
   CHECK(dark.bound == 0.0);
   CHECK(dark.reason == "the bands have no solar part");
   // Below the horizon it lights clouds from below, unless the ground is in its way everywhere.
-  const std::string low = R"("environment": {"sky": {"radiance": 1}, "sun": {"zenith_deg": 100, "azimuth_deg": 90, "irradiance": 5}})";
+  const std::string low =
+      R"("environment": {"sky": {"radiance": 1}, "sun": {"zenith_deg": 100, "azimuth_deg": 90, "irradiance": 5}})";
   const std::string floating = sun_row(kGrey, low).reason;
   CHECK_THAT(floating, Catch::Contains("below the horizon: nothing keeps"));
   const auto ground = [&](int side) {
-    return R"("objects": [{"shape": "plane", "size_m": [)" + std::to_string(side) + ", " + std::to_string(side) + R"(], "place": {"translate_m": [0, 0, -2]}}], )" + low;
+    return R"("objects": [{"shape": "plane", "size_m": [)" + std::to_string(side) + ", " + std::to_string(side) +
+           R"(], "place": {"translate_m": [0, 0, -2]}}], )" + low;
   };
   const PlanRow hidden = sun_row(kGrey, ground(200));
   CHECK_FALSE(hidden.on);
@@ -174,9 +202,12 @@ TEST_CASE("suns are off where their light is nowhere", "[scene][plan]") {
 
 TEST_CASE("clouds out of every ray's way are left out, unless others bring their light", "[scene][plan]") {
   const auto session = [](double albedo, const std::string& more = "") {
-    std::string text = R"({"obscura": 1, "bands": [{"name": "grey"}], "sensor": {"position_m": [0, -10, 0], "look_at_m": [0, 0, 0], "resolution": [16, 12]}, "clouds": [)";
+    std::string text =
+        R"({"obscura": 1, "bands": [{"name": "grey"}], "sensor": {"position_m": [0, -10, 0], "look_at_m": [0, 0, 0], "resolution": [16, 12]}, "clouds": [)";
     for (const int x : {0, 40}) {
-      text += R"({"name": "at )" + std::to_string(x) + R"(", "grid": {"shape": "box", "size_m": [2, 2, 2], "voxel_m": 0.5}, "source": 1, "place": {"translate_m": [)";
+      text +=
+          R"({"name": "at )" + std::to_string(x) +
+          R"(", "grid": {"shape": "box", "size_m": [2, 2, 2], "voxel_m": 0.5}, "source": 1, "place": {"translate_m": [)";
       text += std::to_string(x) + ", 0, 0]}, " + media(1, x == 0 ? albedo : 0.5) + (x == 0 ? "}, " : "}");
     }
     return Session(parse_scene(text + R"(], "environment": {"sky": {"radiance": 1}})" + more + "}", "."), 0);
@@ -224,28 +255,38 @@ TEST_CASE("what is dropped changes the image by no more than its bound", "[scene
   const std::string sky = R"("environment": {"sky": {"radiance": 1}})";
   const std::string ball = R"("objects": [{"shape": "sphere", "radius_m": 1, "radiance": 1}], )";
   const std::vector<Border> borders = {
-      {"atmosphere", "", ball + R"("environment": {"sky": {"radiance": 1}, "atmosphere": {"extinction_per_m": 4e-5, "radiance": 0.1}})", false, 10},
+      {"atmosphere", "",
+       ball + R"("environment": {"sky": {"radiance": 1}, "atmosphere": {"extinction_per_m": 4e-5, "radiance": 0.1}})",
+       false, 10},
       {"sky", "", ball + R"("environment": {"sky": {"radiance": 4e-5}})", false, 2},
       {"emission", media(2e-4, 0) + R"(, "source": 0.5)", sky, false, 10},
       {"single scattering", media(2e-4, 1), sky, true, 10},
       {"multiple scattering", media(8e-3, 1), sky, true, 30},
-      {"sun", media(2e-3, 1), R"("environment": {"sky": {"radiance": 1}, "sun": {"zenith_deg": 60, "irradiance": 3}})", false, 10},
+      {"sun", media(2e-3, 1), R"("environment": {"sky": {"radiance": 1}, "sun": {"zenith_deg": 60, "irradiance": 3}})",
+       false, 10},
   };
   for (const Border& border : borders) {
     INFO(border.effect);
     const auto render = [&](const std::string& more) {
-      return run_scene(parse_scene(scene_text(kGrey, border.cloud, border.rest + R"(, "render": {"method": "path", "samples": 16, "target_error": null)" + more + "}"), "."), {});
+      return run_scene(
+          parse_scene(scene_text(kGrey, border.cloud,
+                                 border.rest + R"(, "render": {"method": "path", "samples": 16, "target_error": null)" +
+                                     more + "}"),
+                      "."),
+          {});
     };
     // Forced, so that the same scene is rendered with it and without.
     const std::string off = R"(, "effects": {")" + std::string(border.effect) + R"(": false})";
     const std::string on = R"(, "effects": {")" + std::string(border.effect) + R"(": true})";
     const RunResult without = render(off), with = render(on);
-    const auto row = std::find_if(without.report.plan.begin(), without.report.plan.end(), [&](const PlanRow& r) { return r.effect == border.effect; });
+    const auto row = std::find_if(without.report.plan.begin(), without.report.plan.end(),
+                                  [&](const PlanRow& r) { return r.effect == border.effect; });
     REQUIRE(row->bound);
     CHECK_FALSE(row->on);
     const std::span<const float> dropped = without.image.channel("grey.radiance");
     const std::vector<float> exact(dropped.size(), 1.0f);
-    const double error = image_error(dropped, border.furnace ? std::span<const float>(exact) : with.image.channel("grey.radiance"));
+    const double error =
+        image_error(dropped, border.furnace ? std::span<const float>(exact) : with.image.channel("grey.radiance"));
     INFO("error " << error << " bound " << *row->bound);
     CHECK(*row->bound < 3e-3);
     CHECK(error > 0);
@@ -256,8 +297,11 @@ TEST_CASE("what is dropped changes the image by no more than its bound", "[scene
 }
 
 TEST_CASE("more is dropped with a larger budget, never more than a tenth of it", "[scene][plan]") {
-  const Description scene = parse_scene(scene_text(kGrey, media(8e-3, 0.9) + R"(, "source": 1e-3)",
-                                                   R"("objects": [{"shape": "sphere", "radius_m": 0.2, "radiance": 1}], "environment": {"sky": {"radiance": 0.003}, "sun": {"zenith_deg": 60, "irradiance": 1e-3}, "atmosphere": {"extinction_per_m": 1e-6, "radiance": 1}})"), ".");
+  const Description scene = parse_scene(
+      scene_text(
+          kGrey, media(8e-3, 0.9) + R"(, "source": 1e-3)",
+          R"("objects": [{"shape": "sphere", "radius_m": 0.2, "radiance": 1}], "environment": {"sky": {"radiance": 0.003}, "sun": {"zenith_deg": 60, "irradiance": 1e-3}, "atmosphere": {"extinction_per_m": 1e-6, "radiance": 1}})"),
+      ".");
   const Session session(scene, 0, {}, 0);
   std::vector<bool> before(12, true);
   int changes = 0;

@@ -1,8 +1,7 @@
-#include <catch2/catch.hpp>
-
 #include "scene/progress_bar.h"
 
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <string>
 
 using namespace obscura;

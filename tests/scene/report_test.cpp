@@ -1,14 +1,12 @@
-#include <catch2/catch.hpp>
-
 #include "scene/report.h"
+
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
 
 #include "octree/base/error.h"
 #include "tests/support/scratch_folder.h"
-
-#include <nlohmann/json.hpp>
-
-#include <fstream>
-#include <limits>
 
 using namespace obscura;
 
@@ -42,9 +40,9 @@ TEST_CASE("the report holds what SCENE.md lists", "[scene][report]") {
   CHECK(json["plan"][0]["on"] == true);
   CHECK(json["plan"][0]["reason"] == "there is one");
   const auto& energy = json["energy"]["lwir"];
-  CHECK(energy["emitted_W"].get<double>() ==
-        energy["absorbed_W"].get<double>() + energy["surface_W"].get<double>() +
-            energy["escaped_W"].get<double>() + energy["truncated_W"].get<double>());
+  CHECK(energy["emitted_W"].get<double>() == energy["absorbed_W"].get<double>() + energy["surface_W"].get<double>() +
+                                                 energy["escaped_W"].get<double>() +
+                                                 energy["truncated_W"].get<double>());
   CHECK(json["photons"]["emitted"] == 1000000);
   CHECK(json["photons"]["stored"] == 123);
   CHECK(json["photons"]["bytes"] == 2952);

@@ -32,7 +32,8 @@ double mean(const Image& image, const std::string& channel) {
 }
 
 /// Radiance of a plane of 20 m with these keys, over nothing but a cold sky.
-double plane(const std::string& object, const std::string& material, const std::string& rest = "", const std::string& sensor = "") {
+double plane(const std::string& object, const std::string& material, const std::string& rest = "",
+             const std::string& sensor = "") {
   std::string text = R"("objects": [{"shape": "plane", "size_m": [20, 20], "material": "m")";
   text += object;
   text += R"(}], "materials": {"m": {)";
@@ -51,12 +52,14 @@ TEST_CASE("K, emissivity, its angle and double_sided change what a plane emits",
   CHECK(plane(R"(, "K": 310)", "") == Approx(planck(310)).epsilon(1e-6));
   CHECK(plane("", "") == 0);
   CHECK(plane(R"(, "K": 300)", R"("emissivity": 0.6)") == Approx(0.6 * planck(300)).epsilon(1e-6));
-  CHECK(plane(R"(, "K": 300)", R"("emissivity": 0.6, "emissivity_by_angle": {"angle_deg": [0, 90], "factor": [0.5, 1]})") ==
+  CHECK(plane(R"(, "K": 300)",
+              R"("emissivity": 0.6, "emissivity_by_angle": {"angle_deg": [0, 90], "factor": [0.5, 1]})") ==
         Approx(0.3 * planck(300)).epsilon(1e-6));
   CHECK(plane(R"(, "radiance": 2)", R"("emissivity": 0.5)") == Approx(4).epsilon(1e-6));  // per um over 4 um
   // Turned over, its back looks up.
   CHECK(plane(R"(, "K": 300, "place": {"rotate_deg": [180, 0, 0]})", "") == 0);
-  CHECK(plane(R"(, "K": 300, "double_sided": true, "place": {"rotate_deg": [180, 0, 0]})", "") == Approx(planck(300)).epsilon(1e-6));
+  CHECK(plane(R"(, "K": 300, "double_sided": true, "place": {"rotate_deg": [180, 0, 0]})", "") ==
+        Approx(planck(300)).epsilon(1e-6));
 }
 
 TEST_CASE("specular, specular_depth and permeable change what a plane shows", "[scene][run][surfaces]") {
@@ -102,7 +105,8 @@ TEST_CASE("depth and number of the object that is seen arrive in the picture", "
 TEST_CASE("groups and tables of temperature show in the picture", "[scene][run][surfaces]") {
   const test::ScratchFolder folder;
   // Left half and right half of what the sensor sees.
-  folder.write("halves.obj", "v -1 -1 0\nv 0 -1 0\nv 0 1 0\nv -1 1 0\nv 1 -1 0\nv 1 1 0\ng left\nf 1 2 3 4\ng right\nf 2 5 6 3\n");
+  folder.write("halves.obj",
+               "v -1 -1 0\nv 0 -1 0\nv 0 1 0\nv -1 1 0\nv 1 -1 0\nv 1 1 0\ng left\nf 1 2 3 4\ng right\nf 2 5 6 3\n");
   folder.write("K.csv", "face,K\n1,330\n");
   const auto halves = [&](const std::string& keys) {
     const Image image = picture(R"("objects": [{"mesh": "halves.obj", "K": 300)" + keys + "}]", "", folder / "");

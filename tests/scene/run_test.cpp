@@ -1,11 +1,11 @@
 // Plan, session and run: what is on, what is kept, what comes out.
-#include <catch2/catch.hpp>
+#include "scene/run.h"
 
 #include <algorithm>
 #include <atomic>
+#include <catch2/catch.hpp>
 
 #include "octree/base/error.h"
-#include "scene/run.h"
 #include "scene/scene_io.h"
 #include "scene/session.h"
 
@@ -16,10 +16,12 @@ namespace {
 std::string scene(const std::string& medium = R"("albedo": 0.5)", const std::string& rest = "") {
   return R"({"obscura": 1, "name": "test", "bands": [{"name": "lwir", "um": [8, 12]}, {"name": "mwir", "um": [3, 5]}],
     "clouds": [{"grid": {"shape": "sphere", "radius_m": 1, "voxel_m": 0.1},
-                "media": [{"density": "density", "extinction": 2, )" + medium + R"(}], "temperature": {"K": 320}}],
+                "media": [{"density": "density", "extinction": 2, )" +
+         medium + R"(}], "temperature": {"K": 320}}],
     "environment": {"sky": {"K": 260}},
     "sensor": {"position_m": [0, -8, 0], "look_at_m": [0, 0, 0], "resolution": [24, 16], "max_oversampling": 4},
-    "render": {"photons": 20000, "nearest": 32})" + rest + "}";
+    "render": {"photons": 20000, "nearest": 32})" +
+         rest + "}";
 }
 
 bool is_on(const std::vector<PlanRow>& plan, const std::string& effect) {
@@ -50,9 +52,11 @@ TEST_CASE("the plan has every effect on that the scene holds, and no other", "[s
 }
 
 TEST_CASE("a run gives image and report of every band", "[scene][run]") {
-  const RunResult result = run_scene(
-      parse_scene(scene(R"("albedo": 0.5)", R"(, "probes": [{"name": "middle", "position_m": [0, 0, 0]}],
-        "flux": [{"name": "above", "center_m": [0, 0, 1.5], "normal": [0, 0, 1], "size_m": [8, 8]}])"), "."), {});
+  const RunResult result =
+      run_scene(parse_scene(scene(R"("albedo": 0.5)", R"(, "probes": [{"name": "middle", "position_m": [0, 0, 0]}],
+        "flux": [{"name": "above", "center_m": [0, 0, 1.5], "normal": [0, 0, 1], "size_m": [8, 8]}])"),
+                            "."),
+                {});
   CHECK(!result.failure);
   for (const char* channel : {"lwir.radiance", "lwir.error", "lwir.bias", "lwir.transmission", "lwir.temperature",
                               "mwir.radiance", "depth.Z", "object.id", "rays.N"}) {
@@ -85,7 +89,8 @@ TEST_CASE("a run gives image and report of every band", "[scene][run]") {
   CHECK(report.flux[0].bands[0].second.forward > 0);
   CHECK(report.flux[0].bands[0].second.backward > 0);
   CHECK(report.rays[0] == std::pair<std::string, std::uint64_t>("base", 24 * 16));
-  CHECK(report.rays[1] == std::pair<std::string, std::uint64_t>("deciding", 25 * 17));  // pixels of 4 rays are split once
+  CHECK(report.rays[1] ==
+        std::pair<std::string, std::uint64_t>("deciding", 25 * 17));  // pixels of 4 rays are split once
 }
 
 TEST_CASE("paths and photons agree on image, probes and flux", "[scene][run][path]") {
@@ -159,11 +164,13 @@ TEST_CASE("a session keeps World and photon maps when only the camera moves", "[
 
 TEST_CASE("a run that is cancelled over its image gives what there is, marked partial", "[scene][run]") {
   std::atomic<bool> cancelled{false};
-  const Progress progress([&](std::string_view stage, std::uint64_t, std::uint64_t) { cancelled = cancelled || stage == "image"; },
-                          &cancelled);
+  const Progress progress(
+      [&](std::string_view stage, std::uint64_t, std::uint64_t) { cancelled = cancelled || stage == "image"; },
+      &cancelled);
   const std::string text = scene();
   const auto at = text.find("[24, 16]");
-  const RunResult result = run_scene(parse_scene(text.substr(0, at) + "[240, 160]" + text.substr(at + 8), "."), {}, progress);
+  const RunResult result =
+      run_scene(parse_scene(text.substr(0, at) + "[240, 160]" + text.substr(at + 8), "."), {}, progress);
   CHECK(result.report.partial);
   CHECK(result.report.energy[0].second.absorbed_W > 0);
   const auto rays = result.image.channel("rays.N");
@@ -180,7 +187,9 @@ TEST_CASE("a run that is cancelled before there is anything says so", "[scene][r
 TEST_CASE("an empty scene shows the sky exactly", "[scene][run]") {
   const RunResult result = run_scene(parse_scene(R"({"obscura": 1, "bands": [{"name": "grey"}],
     "environment": {"sky": {"radiance": 0.7}},
-    "sensor": {"position_m": [0, -8, 0], "look_at_m": [0, 0, 0], "resolution": [8, 8]}})", "."), {});
+    "sensor": {"position_m": [0, -8, 0], "look_at_m": [0, 0, 0], "resolution": [8, 8]}})",
+                                                 "."),
+                                     {});
   for (const float value : result.image.channel("grey.radiance")) CHECK(value == 0.7f);
   CHECK(!result.image.has("grey.temperature"));
 }

@@ -1,11 +1,11 @@
-#include <catch2/catch.hpp>
-
-#include "full_scene.h"
-#include "octree/base/error.h"
 #include "scene/scene_io.h"
 
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <functional>
+
+#include "full_scene.h"
+#include "octree/base/error.h"
 
 using namespace obscura;
 using obscura::test::full_scene;
@@ -226,7 +226,8 @@ TEST_CASE("null is the default everywhere", "[scene][reader]") {
 TEST_CASE("comments are white space and whole numbers may be written with an exponent", "[scene][reader]") {
   const Description scene = parse_scene(R"({ // one
     "obscura": 1, /* two */ "bands": [{"name": "g"}], "render": {"photons": 1e5, "nearest": 32.0},
-    "sensor": {"position_m": [0, -10, 1], "look_at_m": [0, 0, 1]}})", ".");
+    "sensor": {"position_m": [0, -10, 1], "look_at_m": [0, 0, 1]}})",
+                                        ".");
   CHECK(scene.render.photons == 100000);
   CHECK(scene.render.nearest == 32);
   CHECK(scene.bands[0].grey());
@@ -296,75 +297,76 @@ TEST_CASE("what is missing is told where it belongs", "[scene][reader]") {
 
 TEST_CASE("values out of range are refused", "[scene][reader]") {
   const SceneFolder folder("io_range");
-  check_mistakes(
-      full_scene(), folder.path(),
-      {{"/obscura", 2, "/obscura", "out of range"},
-       {"/clouds/0/media/0/extinction", -1, "/clouds/0/media/0/extinction", "out of range"},
-       {"/clouds/0/media/0/albedo", 1.1, "/clouds/0/media/0/albedo", "from 0 to 1"},
-       {"/clouds/0/media/1/extinction/value/0", -1, "/clouds/0/media/1/extinction/value/0", "out of range"},
-       {"/clouds/0/media/0/phase/g", -1.1, "/clouds/0/media/0/phase/g", "from -1 to 1"},
-       {"/clouds/0/place/scale", 0, "/clouds/0/place/scale", "above 0"},
-       {"/bands/0/um", {12, 8}, "/bands/0/um/1", "increase"},
-       {"/bands/0/um", {0, 8}, "/bands/0/um/0", "above 0"},
-       {"/bands/0/samples", 0, "/bands/0/samples", "out of range"},
-       {"/bands/0/response/um", {8, 8, 12}, "/bands/0/response/um/1", "increase"},
-       {"/bands/0/response/value", {0, 0, 0}, "/bands/0/response", "is 0"},
-       {"/bands/0/response/value", {0, 1}, "/bands/0/response", "3 wavelengths but 2 values"},
-       {"/sensor/fov_deg", 0, "/sensor/fov_deg", "above 0"},
-       {"/sensor/fov_deg", 180, "/sensor/fov_deg", "180"},
-       {"/sensor/resolution", {0, 5}, "/sensor/resolution/0", "out of range"},
-       {"/sensor/resolution", {2.5, 5}, "/sensor/resolution/0", "whole number"},
-       {"/sensor/max_oversampling", 0, "/sensor/max_oversampling", "out of range"},
-       {"/sensor/scattering_depth", -1, "/sensor/scattering_depth", "out of range"},
-       {"/render/photons", -1, "/render/photons", "out of range"},
-       {"/render/nearest", 0, "/render/nearest", "out of range"},
-       {"/render/octree_tolerance", 1, "/render/octree_tolerance", "below 1"},
-       {"/render/photon_power_min", -1, "/render/photon_power_min", "out of range"},
-       {"/render/seed", -1, "/render/seed", "out of range"},
-       {"/render/kernel", "cube", "/render/kernel", "epanechnikov"},
-       {"/render/method", "photons", "/render/method", "did you mean \"photon\"?"},
-       {"/sources/0/radius_m", 0, "/sources/0/radius_m", "above 0"},
-       {"/clouds/1/temperature/K", -5, "/clouds/1/temperature/K", "out of range"},
-       {"/beams/0/power", -1, "/beams/0/power", "out of range"},
-       {"/flux/0/size_m", {0, 1}, "/flux/0/size_m/0", "above 0"}});
+  check_mistakes(full_scene(), folder.path(),
+                 {{"/obscura", 2, "/obscura", "out of range"},
+                  {"/clouds/0/media/0/extinction", -1, "/clouds/0/media/0/extinction", "out of range"},
+                  {"/clouds/0/media/0/albedo", 1.1, "/clouds/0/media/0/albedo", "from 0 to 1"},
+                  {"/clouds/0/media/1/extinction/value/0", -1, "/clouds/0/media/1/extinction/value/0", "out of range"},
+                  {"/clouds/0/media/0/phase/g", -1.1, "/clouds/0/media/0/phase/g", "from -1 to 1"},
+                  {"/clouds/0/place/scale", 0, "/clouds/0/place/scale", "above 0"},
+                  {"/bands/0/um", {12, 8}, "/bands/0/um/1", "increase"},
+                  {"/bands/0/um", {0, 8}, "/bands/0/um/0", "above 0"},
+                  {"/bands/0/samples", 0, "/bands/0/samples", "out of range"},
+                  {"/bands/0/response/um", {8, 8, 12}, "/bands/0/response/um/1", "increase"},
+                  {"/bands/0/response/value", {0, 0, 0}, "/bands/0/response", "is 0"},
+                  {"/bands/0/response/value", {0, 1}, "/bands/0/response", "3 wavelengths but 2 values"},
+                  {"/sensor/fov_deg", 0, "/sensor/fov_deg", "above 0"},
+                  {"/sensor/fov_deg", 180, "/sensor/fov_deg", "180"},
+                  {"/sensor/resolution", {0, 5}, "/sensor/resolution/0", "out of range"},
+                  {"/sensor/resolution", {2.5, 5}, "/sensor/resolution/0", "whole number"},
+                  {"/sensor/max_oversampling", 0, "/sensor/max_oversampling", "out of range"},
+                  {"/sensor/scattering_depth", -1, "/sensor/scattering_depth", "out of range"},
+                  {"/render/photons", -1, "/render/photons", "out of range"},
+                  {"/render/nearest", 0, "/render/nearest", "out of range"},
+                  {"/render/octree_tolerance", 1, "/render/octree_tolerance", "below 1"},
+                  {"/render/photon_power_min", -1, "/render/photon_power_min", "out of range"},
+                  {"/render/seed", -1, "/render/seed", "out of range"},
+                  {"/render/kernel", "cube", "/render/kernel", "epanechnikov"},
+                  {"/render/method", "photons", "/render/method", "did you mean \"photon\"?"},
+                  {"/sources/0/radius_m", 0, "/sources/0/radius_m", "above 0"},
+                  {"/clouds/1/temperature/K", -5, "/clouds/1/temperature/K", "out of range"},
+                  {"/beams/0/power", -1, "/beams/0/power", "out of range"},
+                  {"/flux/0/size_m", {0, 1}, "/flux/0/size_m/0", "above 0"}});
   CHECK(parse_scene(kSmallest, ".", {{"/render/seed", "18446744073709551615", ""}}).render.seed ==
         18446744073709551615u);
 }
 
 TEST_CASE("values that do not go together are refused", "[scene][reader]") {
   const SceneFolder folder("io_together");
-  check_mistakes(
-      full_scene(), folder.path(),
-      {{"/sensor/up", {0, 1, 0}, "/sensor/up", "parallel"},
-       {"/sensor/up", {0, 0, 0}, "/sensor/up", "no length"},
-       {"/sensor/look_at_m", {0, -10, 1}, "/sensor/look_at_m", "own position"},
-       {"/sensor/projection", "orthographic", "/sensor/width_m", "is missing"},
-       {"/environment/sun/toward", {0, 0, 0}, "/environment/sun/toward", "no length"},
-       {"/environment/sun/zenith_deg", 30, "/environment/sun/zenith_deg", "does not go with \"toward\""},
-       {"/environment/sun/azimuth_deg", 30, "/environment/sun/azimuth_deg", "does not go with \"toward\""},
-       {"/environment/sky/K", 250, "/environment/sky/radiance", "both given"},
-       {"/beams/0/toward", {0, 0, 0}, "/beams/0/toward", "no length"},
-       {"/flux/0/normal", {0, 0, 0}, "/flux/0/normal", "no length"},
-       {"/bands/1/name", "lwir", "/bands/1/name", "given twice"},
-       {"/clouds/1/name", "smoke", "/clouds/1/name", "given twice"},
-       {"/bands/1/name", "name", "/bands/1/name", "cannot name a band"},
-       {"/clouds/0/puffs", {{"sources", {{{"position_m", {0, 0, 0}}, {"mass_g", 1}}}}}, "/clouds/0/puffs", "both given"},
-       {"/clouds/0/grid/shape", "sphere", "/clouds/0/grid/shape", "does not go with \"file\""},
-       {"/clouds/2/grid/size_m", {1, 1, 1}, "/clouds/2/grid/size_m", "does not go with \"sphere\""},
-       {"/clouds/2/grid/shape", "cone", "/clouds/2/grid/shape", "sphere, box, gaussian"},
-       {"/clouds/2/media/0/density", "smoke", "/clouds/2/media/0/density", "a shape has no grid \"smoke\""},
-       {"/clouds/1/media/0/density", "smoke", "/clouds/1/media/0/density", "density and temperature"},
-       {"/clouds/1/temperature", {{"grid", "T"}}, "/clouds/1/temperature/grid", "puffs have no grid \"T\""},
-       {"/clouds/2/grid/voxel_m", 1e-9, "/clouds/2/grid/voxel_m", "voxels"},
-       {"/clouds/0/temperature/K", 300, "/clouds/0/temperature/K", "does not go with \"grid\""},
-       {"/clouds/0/periodic", {"x", "x"}, "/clouds/0/periodic", "same axis"},
-       {"/clouds/0/periodic", {"x"}, "/clouds/0/period_m", "2 periods for 1"},
-       {"/clouds/0/periodic", nullptr, "/clouds/0/period_m", "no axis is periodic"},
-       {"/sources/0/K", nullptr, "/sources/0/K", "neither"},
-       {"/sources/0/radiance", 5, "/sources/0/radiance", "both given"},
-       {"/clouds/0/media/4/phase/angle_deg", {0, 90}, "/clouds/0/media/4/phase", "180"},
-       {"/clouds/0/media/4/phase/file", "phase.csv", "/clouds/0/media/4/phase/file", "both given"},
-       {"/clouds/0/media/5/phase/value", {1, 2}, "/clouds/0/media/5/phase/value", "both given"}});
+  check_mistakes(full_scene(), folder.path(),
+                 {{"/sensor/up", {0, 1, 0}, "/sensor/up", "parallel"},
+                  {"/sensor/up", {0, 0, 0}, "/sensor/up", "no length"},
+                  {"/sensor/look_at_m", {0, -10, 1}, "/sensor/look_at_m", "own position"},
+                  {"/sensor/projection", "orthographic", "/sensor/width_m", "is missing"},
+                  {"/environment/sun/toward", {0, 0, 0}, "/environment/sun/toward", "no length"},
+                  {"/environment/sun/zenith_deg", 30, "/environment/sun/zenith_deg", "does not go with \"toward\""},
+                  {"/environment/sun/azimuth_deg", 30, "/environment/sun/azimuth_deg", "does not go with \"toward\""},
+                  {"/environment/sky/K", 250, "/environment/sky/radiance", "both given"},
+                  {"/beams/0/toward", {0, 0, 0}, "/beams/0/toward", "no length"},
+                  {"/flux/0/normal", {0, 0, 0}, "/flux/0/normal", "no length"},
+                  {"/bands/1/name", "lwir", "/bands/1/name", "given twice"},
+                  {"/clouds/1/name", "smoke", "/clouds/1/name", "given twice"},
+                  {"/bands/1/name", "name", "/bands/1/name", "cannot name a band"},
+                  {"/clouds/0/puffs",
+                   {{"sources", {{{"position_m", {0, 0, 0}}, {"mass_g", 1}}}}},
+                   "/clouds/0/puffs",
+                   "both given"},
+                  {"/clouds/0/grid/shape", "sphere", "/clouds/0/grid/shape", "does not go with \"file\""},
+                  {"/clouds/2/grid/size_m", {1, 1, 1}, "/clouds/2/grid/size_m", "does not go with \"sphere\""},
+                  {"/clouds/2/grid/shape", "cone", "/clouds/2/grid/shape", "sphere, box, gaussian"},
+                  {"/clouds/2/media/0/density", "smoke", "/clouds/2/media/0/density", "a shape has no grid \"smoke\""},
+                  {"/clouds/1/media/0/density", "smoke", "/clouds/1/media/0/density", "density and temperature"},
+                  {"/clouds/1/temperature", {{"grid", "T"}}, "/clouds/1/temperature/grid", "puffs have no grid \"T\""},
+                  {"/clouds/2/grid/voxel_m", 1e-9, "/clouds/2/grid/voxel_m", "voxels"},
+                  {"/clouds/0/temperature/K", 300, "/clouds/0/temperature/K", "does not go with \"grid\""},
+                  {"/clouds/0/periodic", {"x", "x"}, "/clouds/0/periodic", "same axis"},
+                  {"/clouds/0/periodic", {"x"}, "/clouds/0/period_m", "2 periods for 1"},
+                  {"/clouds/0/periodic", nullptr, "/clouds/0/period_m", "no axis is periodic"},
+                  {"/sources/0/K", nullptr, "/sources/0/K", "neither"},
+                  {"/sources/0/radiance", 5, "/sources/0/radiance", "both given"},
+                  {"/clouds/0/media/4/phase/angle_deg", {0, 90}, "/clouds/0/media/4/phase", "180"},
+                  {"/clouds/0/media/4/phase/file", "phase.csv", "/clouds/0/media/4/phase/file", "both given"},
+                  {"/clouds/0/media/5/phase/value", {1, 2}, "/clouds/0/media/5/phase/value", "both given"}});
 }
 
 TEST_CASE("mistakes in objects, materials and air are each told with a remedy", "[scene][reader][surfaces]") {
@@ -397,14 +399,24 @@ TEST_CASE("mistakes in objects, materials and air are each told with a remedy", 
        {"/materials/paint/roughness", -0.1, "/materials/paint/roughness", "at least 0"},
        {"/materials/paint/permeable", 2, "/materials/paint/permeable", "from 0 to 1"},
        {"/materials/paint/emisivity", 1, "/materials/paint/emisivity", "did you mean \"emissivity\"?"},
-       {"/materials/paint/emissivity_by_angle/factor", {1}, "/materials/paint/emissivity_by_angle", "2 angles but 1 factors"},
-       {"/materials/paint/emissivity_by_angle/angle_deg", {90, 0}, "/materials/paint/emissivity_by_angle/angle_deg/1", "increase"},
-       {"/materials/paint/emissivity_by_angle/angle_deg", {0, 91}, "/materials/paint/emissivity_by_angle/angle_deg/1", "from 0 to 90"},
+       {"/materials/paint/emissivity_by_angle/factor",
+        {1},
+        "/materials/paint/emissivity_by_angle",
+        "2 angles but 1 factors"},
+       {"/materials/paint/emissivity_by_angle/angle_deg",
+        {90, 0},
+        "/materials/paint/emissivity_by_angle/angle_deg/1",
+        "increase"},
+       {"/materials/paint/emissivity_by_angle/angle_deg",
+        {0, 91},
+        "/materials/paint/emissivity_by_angle/angle_deg/1",
+        "from 0 to 90"},
        {"/materials", 3, "/materials", "expected an object"},
        {"/environment/moon", {{"toward", {0, 0, 0}}}, "/environment/moon/toward", "no length"},
        {"/environment/moon", {{"irradiance", 1}}, "/environment/moon/toward", "toward | zenith_deg"},
        {"/environment/atmosphere/extinction_per_m", -1, "/environment/atmosphere/extinction_per_m", "out of range"},
-       {"/environment/atmosphere/extinction", 1, "/environment/atmosphere/extinction", "did you mean \"extinction_per_m\"?"},
+       {"/environment/atmosphere/extinction", 1, "/environment/atmosphere/extinction",
+        "did you mean \"extinction_per_m\"?"},
        {"/environment/atmosphere/radiance", 1, "/environment/atmosphere/radiance", "both given"},
        {"/sensor/specular_depth", -1, "/sensor/specular_depth", "out of range"},
        {"/sensor/specular_depth", 0.5, "/sensor/specular_depth", "whole number"}});
@@ -429,21 +441,28 @@ TEST_CASE("a grey band takes neither kelvin nor wavelengths", "[scene][reader][g
   const SceneFolder folder("io_grey");
   CHECK(problems_of(grey.dump()).empty());
   const Json table = Json::parse(R"({"um": [8, 12], "value": [1, 2]})");
-  check_mistakes(grey, folder.path(),
-                 {{"/clouds/0/temperature", {{"K", 300}}, "/clouds/0/temperature/K", "grey band \"grey\""},
-                  {"/clouds/0/temperature", {{"grid", "density"}}, "/clouds/0/temperature", "grey band"},
-                  {"/sources/0", {{"position_m", {0, 0, 2}}, {"radius_m", 0.1}, {"K", 900}}, "/sources/0/K", "grey band"},
-                  {"/environment/sky", {{"K", 250}}, "/environment/sky/K", "give \"radiance\" instead"},
-                  {"/particles", {{"file", "p.csv"}}, "/particles", "grey band"},
-                  {"/clouds/0/media/0/extinction", table, "/clouds/0/media/0/extinction", "no wavelength"},
-                  {"/objects", {{{"shape", "sphere"}, {"radius_m", 1}, {"K", 300}}}, "/objects/0/K", "give \"radiance\" instead"},
-                  {"/objects", {{{"shape", "sphere"}, {"radius_m", 1}, {"K", 300}, {"radiance", 1}}}, "/objects/0/K", "grey band"},
-                  {"/objects", {{{"mesh", "truck.obj"}, {"temperature", {{"file", "K.csv"}}}}}, "/objects/0/temperature", "grey band"},
-                  {"/objects", {{{"mesh", "truck.obj"}, {"groups", {{"a", {{"K", 3}}}}}}}, "/objects/0/groups/a/K", "grey band"},
-                  {"/materials", {{"paint", {{"emissivity", {{"um", {8, 12}}, {"value", {0.5, 1}}}}}}}, "/materials/paint/emissivity", "no wavelength"},
-                  {"/environment/atmosphere", {{"extinction_per_m", 1}, {"K", 300}}, "/environment/atmosphere/K", "grey band"},
-                  {"/bands/0/samples", 2, "/bands/0/samples", "no wavelengths"},
-                  {"/bands/0/response", table, "/bands/0/response", "no wavelengths"}});
+  check_mistakes(
+      grey, folder.path(),
+      {{"/clouds/0/temperature", {{"K", 300}}, "/clouds/0/temperature/K", "grey band \"grey\""},
+       {"/clouds/0/temperature", {{"grid", "density"}}, "/clouds/0/temperature", "grey band"},
+       {"/sources/0", {{"position_m", {0, 0, 2}}, {"radius_m", 0.1}, {"K", 900}}, "/sources/0/K", "grey band"},
+       {"/environment/sky", {{"K", 250}}, "/environment/sky/K", "give \"radiance\" instead"},
+       {"/particles", {{"file", "p.csv"}}, "/particles", "grey band"},
+       {"/clouds/0/media/0/extinction", table, "/clouds/0/media/0/extinction", "no wavelength"},
+       {"/objects", {{{"shape", "sphere"}, {"radius_m", 1}, {"K", 300}}}, "/objects/0/K", "give \"radiance\" instead"},
+       {"/objects", {{{"shape", "sphere"}, {"radius_m", 1}, {"K", 300}, {"radiance", 1}}}, "/objects/0/K", "grey band"},
+       {"/objects",
+        {{{"mesh", "truck.obj"}, {"temperature", {{"file", "K.csv"}}}}},
+        "/objects/0/temperature",
+        "grey band"},
+       {"/objects", {{{"mesh", "truck.obj"}, {"groups", {{"a", {{"K", 3}}}}}}}, "/objects/0/groups/a/K", "grey band"},
+       {"/materials",
+        {{"paint", {{"emissivity", {{"um", {8, 12}}, {"value", {0.5, 1}}}}}}},
+        "/materials/paint/emissivity",
+        "no wavelength"},
+       {"/environment/atmosphere", {{"extinction_per_m", 1}, {"K", 300}}, "/environment/atmosphere/K", "grey band"},
+       {"/bands/0/samples", 2, "/bands/0/samples", "no wavelengths"},
+       {"/bands/0/response", table, "/bands/0/response", "no wavelengths"}});
 
   // Beside a band with wavelengths each takes its own.
   Json mixed = grey;
@@ -475,7 +494,9 @@ TEST_CASE("keys that come later are refused by name unless they hold their defau
   check_mistakes(full_scene(), folder.path(), {{"/render/final_gather", 2, "/render/final_gather", "out of range"}});
 
   check_mistakes(full_scene(), folder.path(),
-                 {{"/environment/sky", {{"elevation_deg", {0, 90}}, {"K", {280, 250}}}, "/environment/sky/elevation_deg",
+                 {{"/environment/sky",
+                   {{"elevation_deg", {0, 90}}, {"K", {280, 250}}},
+                   "/environment/sky/elevation_deg",
                    "not available yet"}});
 
   Json frames = full_scene();
@@ -486,10 +507,13 @@ TEST_CASE("keys that come later are refused by name unless they hold their defau
   REQUIRE(problems.size() == 1);
   CHECK(problems[0].where == "/clouds/0/frames");
 
-  for (const auto& [pointer, value] : std::vector<std::pair<const char*, Json>>{
-           {"/sensor/antialiasing", {{"polygons", 2.0}}}, {"/sensor/detector", Json::object()},
-           {"/sensor/detector/range", {0.0, 1.0}}, {"/objects/0/trajectory", Json::object()}, {"/particles", Json::object()},
-           {"/render/final_gather", 0}}) {
+  for (const auto& [pointer, value] :
+       std::vector<std::pair<const char*, Json>>{{"/sensor/antialiasing", {{"polygons", 2.0}}},
+                                                 {"/sensor/detector", Json::object()},
+                                                 {"/sensor/detector/range", {0.0, 1.0}},
+                                                 {"/objects/0/trajectory", Json::object()},
+                                                 {"/particles", Json::object()},
+                                                 {"/render/final_gather", 0}}) {
     Json changed = full_scene();
     changed[Json::json_pointer(pointer)] = value;
     INFO(pointer << " " << value.dump());
@@ -537,7 +561,10 @@ TEST_CASE("text that is not JSON is told with its place, a key given twice with 
   CHECK(has(where(""), "line 1, column 1"));
   CHECK(has(where("{\"obscura\": 1} x"), "line 1, column 16"));
   CHECK(has(where("{\"obscura\": 1e999}"), "line 1"));
-  CHECK(has(where("{\"obscura\": \"" "\xff" "\"}"), "line 1"));
+  CHECK(has(where("{\"obscura\": \""
+                  "\xff"
+                  "\"}"),
+            "line 1"));
   CHECK(where("[]").empty());  // the whole document: pointer ""
   CHECK(problems_of("[]")[0].problem == "expected an object, found the list []");
   CHECK(has(text_of(problems_of(std::string(100000, '['))), "nested deeper"));
@@ -570,19 +597,20 @@ TEST_CASE("warnings tell what a scene leaves out", "[scene][reader][warnings]") 
                R"("media": [{"extinction": 1, "phase": {"type": "table", "angle_deg": [0, 180], "value": [1, 1]}}])");
   REQUIRE(unnormalised.size() == 1);
   CHECK(has(unnormalised[0], "12.57"));  // 4 pi
-  CHECK(parse_scene(kSmallest, ".", {{"/render/samples", "8", ""}, {"/render/final_gather", "0", ""}}).warnings.size() == 1);
+  CHECK(
+      parse_scene(kSmallest, ".", {{"/render/samples", "8", ""}, {"/render/final_gather", "0", ""}}).warnings.size() ==
+      1);
   CHECK(parse_scene(kSmallest, ".", {{"/render/samples", "8", ""}}).warnings.empty());
 }
 
 TEST_CASE("an edit changes the scene before it is read", "[scene][reader][set]") {
-  const Description scene =
-      parse_scene(kSmallest, ".",
-                  {{"/render/photons", "1e4", "--photons"},
-                   {"/bands/0/um", "[3, 5]", "--set"},
-                   {"/bands/1", R"({"name": "b"})", "--set"},
-                   {"/environment/sun/toward", "[0, 1, 0]", "--set"},
-                   {"/environment/sun/irradiance", "5", "--set"},
-                   {"/sensor/projection", "fisheye", "--set"}});
+  const Description scene = parse_scene(kSmallest, ".",
+                                        {{"/render/photons", "1e4", "--photons"},
+                                         {"/bands/0/um", "[3, 5]", "--set"},
+                                         {"/bands/1", R"({"name": "b"})", "--set"},
+                                         {"/environment/sun/toward", "[0, 1, 0]", "--set"},
+                                         {"/environment/sun/irradiance", "5", "--set"},
+                                         {"/sensor/projection", "fisheye", "--set"}});
   CHECK(scene.render.photons == 10000);
   CHECK(scene.bands[0].um == std::array<double, 2>{3, 5});
   CHECK(scene.bands[1].name == "b");
@@ -590,7 +618,9 @@ TEST_CASE("an edit changes the scene before it is read", "[scene][reader][set]")
   CHECK(scene.sensor.projection == Projection::fisheye);
   try {
     parse_scene(kSmallest, ".",
-                {{"/render/photons", "x", "--photons"}, {"photons", "1", "--set"}, {"/bands/7/um", "1", "--set"},
+                {{"/render/photons", "x", "--photons"},
+                 {"photons", "1", "--set"},
+                 {"/bands/7/um", "1", "--set"},
                  {"/obscura/a", "1", "--set"}});
     FAIL("accepted");
   } catch (const InputError& error) {
@@ -606,6 +636,8 @@ TEST_CASE("the hash belongs to the values, not to how they are written", "[scene
   const std::string hash = parse_scene(kSmallest, ".").hash;
   CHECK(hash.size() == 16);
   CHECK(parse_scene(R"(/* the same */ {"sensor": {"look_at_m": [0,0,1.0], "position_m": [0,-1e1,1]},
-                      "obscura": 1, "bands": [{"um": [8, 12], "name": "lwir"}]})", ".").hash == hash);
+                      "obscura": 1, "bands": [{"um": [8, 12], "name": "lwir"}]})",
+                    ".")
+            .hash == hash);
   CHECK(parse_scene(kSmallest, ".", {{"/bands/0/um", "[8, 12.5]", ""}}).hash != hash);
 }

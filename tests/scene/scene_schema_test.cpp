@@ -1,15 +1,15 @@
-#include <catch2/catch.hpp>
-
-#include "full_scene.h"
-#include "octree/base/error.h"
-#include "scene/scene_io.h"
 #include "scene/scene_schema.h"
-#include "../support/json_schema.h"
 
+#include <catch2/catch.hpp>
 #include <fstream>
 #include <functional>
 #include <set>
 #include <sstream>
+
+#include "../support/json_schema.h"
+#include "full_scene.h"
+#include "octree/base/error.h"
+#include "scene/scene_io.h"
 
 using namespace obscura;
 using obscura::test::Json;
@@ -48,10 +48,11 @@ void collect_keys(const Json& schema, std::set<std::string>& keys) {
 // Refusals that only the reader can know of.
 bool is_about_meaning(const std::string& text) {
   for (const char* phrase :
-       {"is missing", "cannot be read", "by its extension", "is parallel", "no length", "have to increase",
-        "its own position", "per angle", "phase function", "wavelengths but", "periods for", "no axis is periodic",
-        "neither", "there is no material", "there is no band", "angles but", "perspective camera", "voxels", "response is 0", "control characters", "are both given",
-        "grey band", "no grid", "angles do not go", "seed: 1e+30"}) {
+       {"is missing",       "cannot be read",      "by its extension", "is parallel",          "no length",
+        "have to increase", "its own position",    "per angle",        "phase function",       "wavelengths but",
+        "periods for",      "no axis is periodic", "neither",          "there is no material", "there is no band",
+        "angles but",       "perspective camera",  "voxels",           "response is 0",        "control characters",
+        "are both given",   "grey band",           "no grid",          "angles do not go",     "seed: 1e+30"}) {
     if (text.find(phrase) != std::string::npos) return true;
   }
   return false;
@@ -90,10 +91,20 @@ TEST_CASE("the test's scenes hold every key of the schema", "[scene][schema]") {
 TEST_CASE("schema and reader accept and refuse the same values at every key", "[scene][schema]") {
   const test::SceneFolder folder("schema_test");
   const Json schema = Json::parse(scene_schema());
-  const std::vector<Json> values = {nullptr,       true,           "zzz",          "",
-                                    -1,            0,              0.5,            3,
-                                    1e30,          Json::array(),  Json::object(), Json::array({1, 2}),
-                                    Json::array({1, 2, 3}),        Json::parse(R"({"zzz": 1})"),
+  const std::vector<Json> values = {nullptr,
+                                    true,
+                                    "zzz",
+                                    "",
+                                    -1,
+                                    0,
+                                    0.5,
+                                    3,
+                                    1e30,
+                                    Json::array(),
+                                    Json::object(),
+                                    Json::array({1, 2}),
+                                    Json::array({1, 2, 3}),
+                                    Json::parse(R"({"zzz": 1})"),
                                     Json::array({"zzz"})};
   std::string details;
   int disagreements = 0, refused = 0, accepted = 0;

@@ -83,7 +83,8 @@ TEST_CASE("bias and noise of few photons and a large k are those of many repetit
     Moments pixel;
     for (const Picture& picture : pictures) pixel.add(picture.bands[0][p]);
     const double scale = std::max(truth[p], 0.05f * largest), off = pixel.mean() - truth[p];
-    bias2 += (off * off - pixel.variance() / 24 - reference.variance(0, p)) / (scale * scale) / static_cast<double>(truth.size());
+    bias2 += (off * off - pixel.variance() / 24 - reference.variance(0, p)) / (scale * scale) /
+             static_cast<double>(truth.size());
     noise2 += pixel.variance() / (scale * scale) / static_cast<double>(truth.size());
   }
   CHECK(bias2 > 0.03 * 0.03);
@@ -141,7 +142,8 @@ TEST_CASE("a scene where nothing scatters has rays for a ladder, and nothing to 
   const Description scene = parse_scene(R"({"obscura": 1, "bands": [{"name": "lwir", "um": [8, 12]}],
     "clouds": [{"grid": {"shape": "sphere", "radius_m": 1, "voxel_m": 0.25}, "media": [{"extinction": 1}], "temperature": {"K": 320}}],
     "environment": {"sky": {"K": 280}},
-    "sensor": {"position_m": [0, -10, 0], "look_at_m": [0, 0, 0], "fov_deg": 13, "resolution": [12, 12]}, "render": {"photons": 2000}})", ".");
+    "sensor": {"position_m": [0, -10, 0], "look_at_m": [0, 0, 0], "fov_deg": 13, "resolution": [12, 12]}, "render": {"photons": 2000}})",
+                                        ".");
   StudySettings settings;
   settings.budget_s = 2.5;
   const Study study = run_study(scene, settings);
@@ -149,7 +151,8 @@ TEST_CASE("a scene where nothing scatters has rays for a ladder, and nothing to 
   REQUIRE_FALSE(study.refusals.empty());
   CHECK(study.refusals[0].first == StudyMethod::gather);
   bool rays = false;
-  for (const StudyRun& run : study.runs) rays = rays || (run.setting.method == StudyMethod::path && run.setting.rays >= 16);
+  for (const StudyRun& run : study.runs)
+    rays = rays || (run.setting.method == StudyMethod::path && run.setting.rays >= 16);
   CHECK(rays);
   CHECK(study.targets.front().run >= 0);
 }
@@ -163,7 +166,8 @@ TEST_CASE("spectral intervals are a knob where optics vary within a band", "[stu
     scene.replace(scene.find("%s"), 2, extinction);
     SessionBench bench = bench_of(scene);
     int count = 0;
-    for (const StudyVariation& v : variations(bench.traits(), first_rung(bench.traits(), StudyMethod::path))) count += v.knob == "intervals";
+    for (const StudyVariation& v : variations(bench.traits(), first_rung(bench.traits(), StudyMethod::path)))
+      count += v.knob == "intervals";
     return count;
   };
   CHECK(knobs("1") == 0);

@@ -1,16 +1,15 @@
 // A study by a bench that only pretends to compute, whose errors and times are known, with a clock of its own.
 #include "scene/study.h"
 
-#include <catch2/catch.hpp>
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <regex>
 #include <set>
 #include <sstream>
-
-#include <nlohmann/json.hpp>
 
 #include "octree/base/error.h"
 #include "octree/base/random.h"
@@ -23,8 +22,8 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// Errors: path noise 0.4 / sqrt(samples); photon map bias 20 / photons^(2/3) x nearest^(2/3) and noise 0.5 / sqrt(nearest); final
-/// gather both, smaller. Times are proportional to the work. Every pixel has the same error.
+/// Errors: path noise 0.4 / sqrt(samples); photon map bias 20 / photons^(2/3) x nearest^(2/3) and noise 0.5 /
+/// sqrt(nearest); final gather both, smaller. Times are proportional to the work. Every pixel has the same error.
 class PretendedBench final : public StudyBench {
  public:
   explicit PretendedBench(StudyMethod given = StudyMethod::gather) {
@@ -59,8 +58,10 @@ class PretendedBench final : public StudyBench {
       for (int k = 0; k < 12; ++k) normal += random.uniform();
       result.picture.bands[0].push_back(static_cast<float>((2 + std::sin(0.2 * p)) * (1 + bias + noise * normal)));
     }
-    if (s.photons > 0) result.seconds.map = {1e-6 * static_cast<double>(s.photons), 0.5e-6 * static_cast<double>(s.photons)};
-    const double image = s.method == StudyMethod::ordinates ? 1e-6 * std::pow(s.cells, 3) : 1e-3 * std::max(s.samples, s.nearest);
+    if (s.photons > 0)
+      result.seconds.map = {1e-6 * static_cast<double>(s.photons), 0.5e-6 * static_cast<double>(s.photons)};
+    const double image =
+        s.method == StudyMethod::ordinates ? 1e-6 * std::pow(s.cells, 3) : 1e-3 * std::max(s.samples, s.nearest);
     result.seconds.image = {2 * image, image};
     pass(result.seconds.map.wall + image, progress);
     result.bytes = {1e6, 24.0 * static_cast<double>(s.photons), 1000};
@@ -77,10 +78,14 @@ class PretendedBench final : public StudyBench {
   static std::pair<double, double> errors(const StudySetting& s) {
     const double k = s.nearest, photons = static_cast<double>(s.photons);
     switch (s.method) {
-      case StudyMethod::photon: return {std::pow(k / photons, 2.0 / 3) * 20, 0.5 / std::sqrt(k)};
-      case StudyMethod::gather: return {std::pow(k / photons, 2.0 / 3), 0.2 / std::sqrt(s.samples)};
-      case StudyMethod::path: return {0, 0.4 / std::sqrt(s.samples)};
-      case StudyMethod::ordinates: break;
+      case StudyMethod::photon:
+        return {std::pow(k / photons, 2.0 / 3) * 20, 0.5 / std::sqrt(k)};
+      case StudyMethod::gather:
+        return {std::pow(k / photons, 2.0 / 3), 0.2 / std::sqrt(s.samples)};
+      case StudyMethod::path:
+        return {0, 0.4 / std::sqrt(s.samples)};
+      case StudyMethod::ordinates:
+        break;
     }
     return {1.0 / (s.cells * s.cells), 1e-4};
   }
@@ -116,11 +121,13 @@ Study study_of(PretendedBench& bench, double budget_s, double interrupt_s = 1e9)
 }
 
 int reached(const Study& study) {
-  return static_cast<int>(std::count_if(study.targets.begin(), study.targets.end(), [](const StudyTarget& t) { return t.run >= 0; }));
+  return static_cast<int>(
+      std::count_if(study.targets.begin(), study.targets.end(), [](const StudyTarget& t) { return t.run >= 0; }));
 }
 
 bool has(const Study& study, StudyMethod method) {
-  return std::any_of(study.runs.begin(), study.runs.end(), [&](const StudyRun& r) { return r.setting.method == method; });
+  return std::any_of(study.runs.begin(), study.runs.end(),
+                     [&](const StudyRun& r) { return r.setting.method == method; });
 }
 
 std::string page_of(const Study& study) {
@@ -209,7 +216,8 @@ TEST_CASE("errors, bias and noise are those that the methods have", "[study]") {
   }
   CHECK(biased >= 2);
   for (const StudySlope& slope : study.slopes) {
-    if (slope.method == StudyMethod::path && slope.what == "error") CHECK(std::abs(slope.law.exponent + 0.5) < 4 * slope.law.exponent_error);
+    if (slope.method == StudyMethod::path && slope.what == "error")
+      CHECK(std::abs(slope.law.exponent + 0.5) < 4 * slope.law.exponent_error);
   }
 }
 
@@ -243,7 +251,8 @@ TEST_CASE("the scene's own setting is a rung, whoever asks for it first", "[stud
   REQUIRE(study.as_given >= 0);
   CHECK(study.runs[static_cast<std::size_t>(study.as_given)].purpose == "ladder");
   CHECK(study.runs[static_cast<std::size_t>(study.as_given)].setting.samples == 64);
-  CHECK(std::any_of(study.runs.begin(), study.runs.end(), [](const StudyRun& r) { return r.purpose == "ladder" && r.setting.samples == 256; }));
+  CHECK(std::any_of(study.runs.begin(), study.runs.end(),
+                    [](const StudyRun& r) { return r.purpose == "ladder" && r.setting.samples == 256; }));
 }
 
 TEST_CASE("every knob is varied alone", "[study]") {
@@ -257,7 +266,8 @@ TEST_CASE("every knob is varied alone", "[study]") {
     CHECK(with_knob(base, run.purpose, base, run.setting) == run.setting);
   }
   CHECK(knobs[StudyMethod::photon] == std::set<std::string>{"nearest", "kernel", "rays", "octree_tolerance"});
-  CHECK(knobs[StudyMethod::gather] == std::set<std::string>{"nearest", "kernel", "rays", "photons", "octree_tolerance"});
+  CHECK(knobs[StudyMethod::gather] ==
+        std::set<std::string>{"nearest", "kernel", "rays", "photons", "octree_tolerance"});
   CHECK(knobs[StudyMethod::path] == std::set<std::string>{"rays", "octree_tolerance"});
   CHECK(knobs[StudyMethod::ordinates] == std::set<std::string>{"order", "rays", "octree_tolerance"});
   CHECK(study.as_given >= 0);
@@ -292,9 +302,12 @@ TEST_CASE("JSON and CSV tell the same, and settings are those of a scene file", 
     std::vector<std::string> result(1);
     bool quoted = false;
     for (const char c : text) {
-      if (c == '"') quoted = !quoted;
-      else if (c == ',' && !quoted) result.emplace_back();
-      else result.back() += c;
+      if (c == '"')
+        quoted = !quoted;
+      else if (c == ',' && !quoted)
+        result.emplace_back();
+      else
+        result.back() += c;
     }
     return result;
   };
@@ -303,10 +316,13 @@ TEST_CASE("JSON and CSV tell the same, and settings are those of a scene file", 
     REQUIRE(std::getline(csv, line));
     const std::vector<std::string> values = cells(line);
     REQUIRE(values.size() == names.size());
-    const auto value = [&](const char* name) { return values[static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin())]; };
+    const auto value = [&](const char* name) {
+      return values[static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin())];
+    };
     CHECK(value("method") == run["method"]);
     CHECK(value("label") == run["label"]);
-    for (const char* name : {"error", "error_bar", "bias", "bias_bar", "noise", "noise_bar"}) CHECK(std::stod(value(name)) == Approx(run[name].get<double>()));
+    for (const char* name : {"error", "error_bar", "bias", "bias_bar", "noise", "noise_bar"})
+      CHECK(std::stod(value(name)) == Approx(run[name].get<double>()));
     CHECK(std::stod(value("cpu_s")) == Approx(run["seconds"]["cpu"].get<double>()));
     CHECK(std::stod(value("full_cpu_s")) == Approx(run["seconds_full"]["cpu"].get<double>()));
     CHECK(std::stod(value("memory_bytes")) == Approx(run["memory_bytes"]["total"].get<double>()));
@@ -338,7 +354,8 @@ TEST_CASE("the page needs nothing from outside and runs nothing", "[study]") {
     CHECK((*it)[1].str() == "data:image/png;base64,");
   }
   CHECK(pictures >= 4);
-  for (const char* part : {"Settings to use", "Error against time", "Error against memory", "Bias and noise apart", "Other knobs"}) {
+  for (const char* part :
+       {"Settings to use", "Error against time", "Error against memory", "Bias and noise apart", "Other knobs"}) {
     CHECK(page.find(part) != std::string::npos);
   }
 }

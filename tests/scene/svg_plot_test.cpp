@@ -58,7 +58,8 @@ TEST_CASE("points outside the range and not positive ones are not drawn", "[svg_
   SvgPlot drawn(settings);
   PlotSeries series;
   series.line = false;
-  for (const auto& [x, y] : std::vector<std::pair<double, double>>{{10, 10}, {1000, 10}, {10, 0.1}, {0, 10}, {10, -1}}) {
+  for (const auto& [x, y] :
+       std::vector<std::pair<double, double>>{{10, 10}, {1000, 10}, {10, 0.1}, {0, 10}, {10, -1}}) {
     PlotPoint point;
     point.x = x;
     point.y = y;

@@ -1,12 +1,13 @@
 // Terrain: where posts stand, which triangles are made, and what is said of broken grids.
+#include "scene/terrain_io.h"
+
+#include <zlib.h>
+
 #include <catch2/catch.hpp>
 
 #include "../support/scratch_folder.h"
 #include "../support/shared_data.h"
 #include "octree/base/error.h"
-#include "scene/terrain_io.h"
-
-#include <zlib.h>
 
 using namespace obscura;
 using obscura::test::ScratchFolder;
@@ -45,7 +46,8 @@ TEST_CASE("posts stand at the centres of the cells, the first row in the north",
 
 TEST_CASE("xllcenter is the centre of the first cell, keys may come in any order and case", "[scene][terrain]") {
   const ScratchFolder folder;
-  const MeshFile file = read_terrain(folder.write("a.asc", "NROWS 2\nNCOLS 2\nCELLSIZE 10\nXLLCENTER 100\nYLLCENTER 200\n1 2 3\n4\n"));
+  const MeshFile file =
+      read_terrain(folder.write("a.asc", "NROWS 2\nNCOLS 2\nCELLSIZE 10\nXLLCENTER 100\nYLLCENTER 200\n1 2 3\n4\n"));
   CHECK(file.mesh.vertices[0] == Vec3d(100, 210, 1));
   CHECK(file.mesh.vertices[3] == Vec3d(110, 200, 4));
 }
@@ -80,7 +82,8 @@ TEST_CASE("a grid packed with gzip is the same", "[scene][terrain]") {
   CHECK(read_terrain(path).mesh.vertices == read_terrain(folder.write("a.asc", text)).mesh.vertices);
 
   const std::string bytes = test::read_bytes(path);
-  CHECK_THROWS_WITH(read_terrain(folder.write("cut.asc.gz", bytes.substr(0, bytes.size() - 9))), Catch::Contains("cut off"));
+  CHECK_THROWS_WITH(read_terrain(folder.write("cut.asc.gz", bytes.substr(0, bytes.size() - 9))),
+                    Catch::Contains("cut off"));
 }
 
 TEST_CASE("what is wrong with a grid is said with its line", "[scene][terrain][errors]") {

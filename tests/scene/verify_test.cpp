@@ -1,14 +1,13 @@
 // The verdict: right scenes pass, and a mistake in what one method is given is found by the others.
 #include "scene/verify.h"
 
-#include <catch2/catch.hpp>
 #include <algorithm>
 #include <atomic>
+#include <catch2/catch.hpp>
 #include <cstdio>
 #include <map>
-#include <set>
-
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "octree/base/error.h"
 #include "scene/scene_io.h"
@@ -21,7 +20,8 @@ namespace {
 std::size_t index_of(Referee method) { return static_cast<std::size_t>(method); }
 
 const VerifyCase& case_of(const std::string& name) {
-  const auto found = std::find_if(verify_cases().begin(), verify_cases().end(), [&](const VerifyCase& c) { return c.name == name; });
+  const auto found =
+      std::find_if(verify_cases().begin(), verify_cases().end(), [&](const VerifyCase& c) { return c.name == name; });
   REQUIRE(found != verify_cases().end());
   return *found;
 }
@@ -29,7 +29,8 @@ const VerifyCase& case_of(const std::string& name) {
 /// A case with less work in it, for tests of every build.
 Description small(const std::string& name, int photons = 60000, int samples = 32) {
   return parse_scene(case_of(name).scene, ".",
-                     {{"/render/photons", std::to_string(photons)}, {"/render/samples", std::to_string(samples)}}, name);
+                     {{"/render/photons", std::to_string(photons)}, {"/render/samples", std::to_string(samples)}},
+                     name);
 }
 
 /// What somebody may get wrong in a method.
@@ -52,13 +53,19 @@ const std::vector<Mistake>& mistakes() {
        }},
       {"g + 0.05",
        [](Description& scene) {
-         each_medium(scene, [](MediumDescription& m) { m.phase = PhaseFunction::henyey_greenstein(m.phase.mean_cosine() + 0.05); });
+         each_medium(scene, [](MediumDescription& m) {
+           m.phase = PhaseFunction::henyey_greenstein(m.phase.mean_cosine() + 0.05);
+         });
        }},
       {"scattering reversed",
        [](Description& scene) {
-         each_medium(scene, [](MediumDescription& m) { m.phase = PhaseFunction::henyey_greenstein(-m.phase.mean_cosine()); });
+         each_medium(scene,
+                     [](MediumDescription& m) { m.phase = PhaseFunction::henyey_greenstein(-m.phase.mean_cosine()); });
        }},
-      {"sun reversed", [](Description& scene) { if (scene.sun) scene.sun->toward = -scene.sun->toward; }},
+      {"sun reversed",
+       [](Description& scene) {
+         if (scene.sun) scene.sun->toward = -scene.sun->toward;
+       }},
       {"no sun", [](Description& scene) { scene.sun.reset(); }},
       {"no sky", [](Description& scene) { scene.sky.reset(); }},
       {"no emission",
@@ -70,7 +77,8 @@ const std::vector<Mistake>& mistakes() {
 }
 
 const Mistake& mistake_of(const std::string& name) {
-  const auto found = std::find_if(mistakes().begin(), mistakes().end(), [&](const Mistake& m) { return name == m.name; });
+  const auto found =
+      std::find_if(mistakes().begin(), mistakes().end(), [&](const Mistake& m) { return name == m.name; });
   REQUIRE(found != mistakes().end());
   return *found;
 }
@@ -194,7 +202,8 @@ TEST_CASE("which mistakes each case finds, as the program runs them", "[.verify_
       for (const Referee method : kReferees) {
         if (!trial.has(method)) continue;
         const VerifiedScene verdict = trial.wrong(method, mistake);
-        found += "  " + std::string(name_of(method)) + ": " + (verdict.failures().empty() ? "-" : std::to_string(verdict.failures().size()));
+        found += "  " + std::string(name_of(method)) + ": " +
+                 (verdict.failures().empty() ? "-" : std::to_string(verdict.failures().size()));
         if (!verdict.failures().empty()) finders[mistake.name + std::string(" in ") + name_of(method)].insert(c.name);
       }
       std::printf("%-20s %-20s %s\n", c.name.c_str(), mistake.name, found.c_str());
@@ -283,14 +292,16 @@ TEST_CASE("table, JSON and page tell the same verdict", "[scene][verify]") {
   Description dark = scene;
   dark.sky.reset();
   ByReferee<VerifyMethod> methods;
-  for (const Referee method : kReferees) methods[index_of(method)] = find_out(method == Referee::path ? dark : scene, method, settings);
+  for (const Referee method : kReferees)
+    methods[index_of(method)] = find_out(method == Referee::path ? dark : scene, method, settings);
   const VerifiedScene good = verify_scene(scene, settings), bad = compare_methods(scene, methods, settings);
   REQUIRE(good.failures().empty());
   REQUIRE_FALSE(bad.failures().empty());
 
   const std::string table = verify_table({good, bad});
   CHECK(table.find("DIFFER a <cube> & more: mean: photon and path differ by") != std::string::npos);
-  for (const char* word : {"case", "photon-path z", "photon bias", "fluence middle", "flux below forward", "x 16-19 y 0-15", "seconds"}) {
+  for (const char* word :
+       {"case", "photon-path z", "photon bias", "fluence middle", "flux below forward", "x 16-19 y 0-15", "seconds"}) {
     CHECK(table.find(word) != std::string::npos);
   }
 
@@ -316,7 +327,8 @@ TEST_CASE("table, JSON and page tell the same verdict", "[scene][verify]") {
   CHECK(page.find("a &lt;cube&gt; &amp; more") != std::string::npos);
   CHECK(page.find("<cube>") == std::string::npos);
   CHECK(page.find("data:image/png;base64,iVBORw0KGgo") != std::string::npos);
-  for (const char* outside : {"http://", "https://", "<script", "<link", "url("}) CHECK(page.find(outside) == std::string::npos);
+  for (const char* outside : {"http://", "https://", "<script", "<link", "url("})
+    CHECK(page.find(outside) == std::string::npos);
   const auto count = [&](const std::string& part) {
     std::size_t n = 0;
     for (std::size_t at = page.find(part); at != std::string::npos; at = page.find(part, at + 1)) ++n;
@@ -324,7 +336,8 @@ TEST_CASE("table, JSON and page tell the same verdict", "[scene][verify]") {
   };
   for (const char* tag : {"html", "head", "body", "style", "div", "table", "tr", "td", "ul", "li", "p", "h2"}) {
     INFO(tag);
-    CHECK(count("<" + std::string(tag) + ">") + count("<" + std::string(tag) + " ") == count("</" + std::string(tag) + ">"));
+    CHECK(count("<" + std::string(tag) + ">") + count("<" + std::string(tag) + " ") ==
+          count("</" + std::string(tag) + ">"));
   }
   CHECK_THROWS_AS(write_verify_html("/absent/folder/a.html", {good}), ResourceError);
 }

@@ -33,8 +33,7 @@ double solid_angle(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
 }
 
 // The sum over pixels, each as the two spherical triangles of its corners; signed by handedness.
-double pixels_solid_angle(const Camera& camera,
-                          const std::function<bool(double, double)>& counts) {
+double pixels_solid_angle(const Camera& camera, const std::function<bool(double, double)>& counts) {
   double sum = 0;
   for (int y = 0; y < camera.rows(); ++y) {
     for (int x = 0; x < camera.columns(); ++x) {
@@ -49,8 +48,7 @@ double pixels_solid_angle(const Camera& camera,
 
 }  // namespace
 
-TEST_CASE("the perspective camera's centre and corners are those of the pinhole",
-          "[sensor][camera]") {
+TEST_CASE("the perspective camera's centre and corners are those of the pinhole", "[sensor][camera]") {
   const Camera camera(looking_north(Projection::perspective, 90, 320, 240));
   check_close(camera.ray(160, 120)->direction, {0, 1, 0});
   check_close(camera.ray(160, 120)->origin, {1, 2, 3});
@@ -103,7 +101,7 @@ TEST_CASE("orthographic rays are parallel and span the width", "[sensor][camera]
 TEST_CASE("fisheye angles are in proportion to the distance from the centre", "[sensor][camera]") {
   const Camera camera(looking_north(Projection::fisheye, 180, 300, 200));
   check_close(camera.ray(150, 100)->direction, {0, 1, 0});
-  check_close(camera.ray(150, 0)->direction, {0, 0, 1});    // the shorter side spans the fov
+  check_close(camera.ray(150, 0)->direction, {0, 0, 1});  // the shorter side spans the fov
   check_close(camera.ray(250, 100)->direction, {1, 0, 0});
   check_close(camera.ray(200, 100)->direction, Vec3d(1, 1, 0) / std::sqrt(2.0));
   check_close(camera.ray(300, 100)->direction, Vec3d(1, -1, 0) / std::sqrt(2.0));  // beyond, it goes on
@@ -127,15 +125,14 @@ TEST_CASE("the pixels of a perspective image add up to its pyramid", "[sensor][c
   const double sum = pixels_solid_angle(camera, [](double, double) { return true; });
   CHECK(sum == Approx(whole).epsilon(1e-12));
   // A twin: one column less is seen.
-  CHECK(pixels_solid_angle(camera, [](double x, double) { return x > 1; }) <
-        whole * (1 - 1e-3));
+  CHECK(pixels_solid_angle(camera, [](double x, double) { return x > 1; }) < whole * (1 - 1e-3));
 }
 
 TEST_CASE("the pixels of a fisheye add up to its cap", "[sensor][camera]") {
   for (const double fov_deg : {90.0, 180.0, 300.0}) {
     const Camera camera(looking_north(Projection::fisheye, fov_deg, 400, 400));
-    const double sum = pixels_solid_angle(
-        camera, [](double x, double y) { return std::hypot(x - 200, y - 200) <= 200; });
+    const double sum =
+        pixels_solid_angle(camera, [](double x, double y) { return std::hypot(x - 200, y - 200) <= 200; });
     const double cap = 2 * kPi * (1 - std::cos(fov_deg * kPi / 360));
     CHECK(sum == Approx(cap).epsilon(2e-3));  // pixels on the circle count by their centres
   }
@@ -224,7 +221,8 @@ TEST_CASE("a spot's planes hold every ray of its rectangle, and little more", "[
     double fov_deg;
     int columns, rows;
   };
-  for (const View& view : {View{Projection::perspective, 90, 16, 12}, View{Projection::fisheye, 180, 16, 16}, View{Projection::fisheye, 350, 40, 40}}) {
+  for (const View& view : {View{Projection::perspective, 90, 16, 12}, View{Projection::fisheye, 180, 16, 16},
+                           View{Projection::fisheye, 350, 40, 40}}) {
     const Camera camera(looking_north(view.projection, view.fov_deg, view.columns, view.rows));
     double worst = 0;
     for (int y = 0; y < view.rows; ++y) {
@@ -235,7 +233,8 @@ TEST_CASE("a spot's planes hold every ray of its rectangle, and little more", "[
         for (const Ray& ray : spot->corners) middle += ray.direction;
         double most = 0;
         for (int i = 0; i < 4; ++i) {
-          const Vec3d a = spot->corners[static_cast<std::size_t>(i)].direction, b = spot->corners[static_cast<std::size_t>((i + 1) % 4)].direction;
+          const Vec3d a = spot->corners[static_cast<std::size_t>(i)].direction,
+                      b = spot->corners[static_cast<std::size_t>((i + 1) % 4)].direction;
           Vec3d n = a.cross(b).normalized();
           if (n.dot(middle) < 0) n = -n;
           for (int k = 0; k <= 16; ++k) {

@@ -57,6 +57,7 @@ TEST_CASE("the map of differences is palest in its middle and darkens to both en
   CHECK(colour(ColourMap::balance, 1) == Colour{0xb2, 0x18, 0x2b});
   for (int i = 0; i < 32; ++i) {
     CHECK(lightness(colour(ColourMap::balance, (i + 1) / 64.0)) > lightness(colour(ColourMap::balance, i / 64.0)));
-    CHECK(lightness(colour(ColourMap::balance, 1 - (i + 1) / 64.0)) > lightness(colour(ColourMap::balance, 1 - i / 64.0)));
+    CHECK(lightness(colour(ColourMap::balance, 1 - (i + 1) / 64.0)) >
+          lightness(colour(ColourMap::balance, 1 - i / 64.0)));
   }
 }

@@ -1,13 +1,13 @@
 // Tables of pixels: which pixels, and the numbers back again.
 #include "sensor/csv_io.h"
-#include "tests/support/scratch_folder.h"
 
 #include <catch2/catch.hpp>
-
 #include <clocale>
 #include <fstream>
 #include <limits>
 #include <sstream>
+
+#include "tests/support/scratch_folder.h"
 
 using namespace obscura;
 using obscura::test::ScratchFolder;
@@ -37,8 +37,13 @@ TEST_CASE("a region is read row by row", "[sensor][csv_io]") {
   CHECK(pixels[1] == PixelPlace{8, 5});
   CHECK(pixels.back() == PixelPlace{9, 6});
   CHECK(pixels_in_region(10, 8, {0, 0, 10, 8}).size() == 80);
-  for (const std::array<int, 4>& wrong : {std::array<int, 4>{-1, 0, 2, 2}, {8, 0, 3, 1}, {0, 7, 1, 2}, {0, 0, 0, 1},
-                                         {10, 0, 1, 1}, {0, 0, 2147483647, 1}, {5, 5, 2147483647, 2147483647}}) {
+  for (const std::array<int, 4>& wrong : {std::array<int, 4>{-1, 0, 2, 2},
+                                          {8, 0, 3, 1},
+                                          {0, 7, 1, 2},
+                                          {0, 0, 0, 1},
+                                          {10, 0, 1, 1},
+                                          {0, 0, 2147483647, 1},
+                                          {5, 5, 2147483647, 2147483647}}) {
     CHECK_THROWS_AS(pixels_in_region(10, 8, wrong), InputError);
   }
 }

@@ -1,20 +1,20 @@
 // The detector: each stage alone does what it says, together in their order, and nothing else changes.
 #include "sensor/detector.h"
-#include "sensor/image_io.h"
-#include "tests/support/agree.h"
-#include "tests/support/chi_square.h"
-#include "tests/support/scratch_folder.h"
 
-#include <catch2/catch.hpp>
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
 #include <functional>
 #include <limits>
 
 #include "octree/base/statistics.h"
+#include "sensor/image_io.h"
+#include "tests/support/agree.h"
+#include "tests/support/chi_square.h"
+#include "tests/support/scratch_folder.h"
 
 using namespace obscura;
 using obscura::test::agree;
@@ -66,7 +66,8 @@ std::vector<double> noise_of(const Image& image, const std::string& band) {
   const auto seen = image.channel(band + ".detector");
   const auto true_ones = image.channel(band + ".radiance");
   std::vector<double> noise;
-  for (std::size_t i = 0; i < seen.size(); ++i) noise.push_back(static_cast<double>(seen[i]) - static_cast<double>(true_ones[i]));
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    noise.push_back(static_cast<double>(seen[i]) - static_cast<double>(true_ones[i]));
   return noise;
 }
 
@@ -96,7 +97,8 @@ TEST_CASE("the clean channels stay as they are, and the settings are told", "[se
   settings.offset_nonuniformity = 0.1;
   detect(image, bands, settings, {});
   for (const std::string& name : before.channels()) CHECK(same_bits(image.channel(name), before.channel(name)));
-  for (const char* name : {"lwir.detector", "lwir.counts", "lwir.detector_temperature", "grey.detector", "grey.counts"}) {
+  for (const char* name :
+       {"lwir.detector", "lwir.counts", "lwir.detector_temperature", "grey.detector", "grey.counts"}) {
     CHECK(image.has(name));
   }
   CHECK_FALSE(image.has("grey.detector_temperature"));
@@ -175,7 +177,8 @@ TEST_CASE("noise is gaussian, white, and its own in each band and picture", "[se
     for (double edge = -4; edge <= 4; edge += 0.25) edges.push_back(edge);
     edges.push_back(100);
     for (std::size_t i = 1; i < edges.size(); ++i) {
-      observed.push_back(static_cast<double>(std::ranges::count_if(a, [&](double v) { return v >= edges[i - 1] && v < edges[i]; })));
+      observed.push_back(
+          static_cast<double>(std::ranges::count_if(a, [&](double v) { return v >= edges[i - 1] && v < edges[i]; })));
       const auto below = [&](double x) { return 0.5 * std::erfc(-x / (sigma * std::sqrt(2.0))); };
       expected.push_back(static_cast<double>(a.size()) * (below(edges[i]) - below(edges[i - 1])));
     }
@@ -409,14 +412,16 @@ TEST_CASE("the detector has the same bits on any number of threads", "[sensor][d
   const auto one = seen(1), four = seen(4);
   CHECK(one.second == four.second);
   CHECK(one.first.metadata == four.first.metadata);
-  for (const std::string& name : one.first.channels()) CHECK(same_bits(one.first.channel(name), four.first.channel(name)));
+  for (const std::string& name : one.first.channels())
+    CHECK(same_bits(one.first.channel(name), four.first.channel(name)));
 }
 
 TEST_CASE("no radiance and no setting makes a value that is not finite", "[sensor][detector]") {
   const std::vector<Band> bands{lwir()};
   Image image(3, 3);
   const float most = std::numeric_limits<float>::max();
-  std::ranges::copy(std::vector<float>{0, -1, most, -most, 1e-45f, 40, 1e30f, 0, 1}, image.add("lwir.radiance").begin());
+  std::ranges::copy(std::vector<float>{0, -1, most, -most, 1e-45f, 40, 1e30f, 0, 1},
+                    image.add("lwir.radiance").begin());
   DetectorSettings settings;
   settings.psf_sigma_px = 1000;
   settings.nedt_K = 1e4;

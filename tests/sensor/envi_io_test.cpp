@@ -1,16 +1,16 @@
 // ENVI files, read as the format's description has it.
 #include "sensor/envi_io.h"
-#include "tests/support/scratch_folder.h"
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
 #include <fstream>
 #include <limits>
 #include <map>
 #include <sstream>
+
+#include "tests/support/scratch_folder.h"
 
 using namespace obscura;
 using obscura::test::ScratchFolder;
@@ -41,7 +41,8 @@ Header read_header(const std::filesystem::path& path) {
 // Byte by byte, whatever machine this is.
 float value_at(const std::string& bytes, std::size_t index) {
   std::uint32_t bits = 0;
-  for (std::size_t k = 0; k < 4; ++k) bits |= static_cast<std::uint32_t>(static_cast<unsigned char>(bytes.at(4 * index + k))) << 8 * k;
+  for (std::size_t k = 0; k < 4; ++k)
+    bits |= static_cast<std::uint32_t>(static_cast<unsigned char>(bytes.at(4 * index + k))) << 8 * k;
   float value = 0;
   std::memcpy(&value, &bits, 4);
   return value;
@@ -102,7 +103,8 @@ TEST_CASE("an ENVI header says where each number of its data is", "[sensor][envi
 TEST_CASE("pixels that are not there are told apart from dark ones", "[sensor][envi_io]") {
   const ScratchFolder folder;
   Image image(4, 1);
-  std::ranges::copy(std::vector<float>{0, 0, 1, std::numeric_limits<float>::infinity()}, image.add("g.radiance").begin());
+  std::ranges::copy(std::vector<float>{0, 0, 1, std::numeric_limits<float>::infinity()},
+                    image.add("g.radiance").begin());
   std::ranges::copy(std::vector<float>{1, 0, 1, 1}, image.add("rays.N").begin());
   write_envi(folder / "a.hdr", image);
   const std::string bytes = text_of(folder / "a.img");

@@ -19,9 +19,9 @@ double normal(Stream& stream) {
 
 // How a synthetic pixel's noise comes about: all have mean `truth`.
 struct Noise {
-  double shared = 0;       // of one batch, common to all rays of the pixel (photons shared by all)
-  double own = 0;          // of one batch, each ray its own (photons not shared)
-  double rays = 0;         // of the ray's direct part (what the pixel shows varies)
+  double shared = 0;  // of one batch, common to all rays of the pixel (photons shared by all)
+  double own = 0;     // of one batch, each ray its own (photons not shared)
+  double rays = 0;    // of the ray's direct part (what the pixel shows varies)
 };
 
 PixelSum synthetic_pixel(std::uint64_t seed, int rays, double truth, const Noise& noise) {
@@ -133,13 +133,11 @@ TEST_CASE("the error covers the truth as often as it says", "[sensor][film]") {
     Noise noise;
     double quantile;
   };
-  for (const Case& c : {Case{"photons that all rays share", 16, {1, 0, 0}, t15},
-                        Case{"photons that no rays share", 16, {0, 1, 0}, t15},
-                        Case{"half of each", 16, {1, 4, 0}, t15},
-                        Case{"rays alone", 16, {0, 0, 1}, t15},
-                        Case{"rays alone, many", 64, {0, 0, 1}, t63},
-                        Case{"everything", 16, {1, 2, 0.3}, t15},
-                        Case{"one ray", 1, {1, 1, 0}, t15}}) {
+  for (const Case& c :
+       {Case{"photons that all rays share", 16, {1, 0, 0}, t15}, Case{"photons that no rays share", 16, {0, 1, 0}, t15},
+        Case{"half of each", 16, {1, 4, 0}, t15}, Case{"rays alone", 16, {0, 0, 1}, t15},
+        Case{"rays alone, many", 64, {0, 0, 1}, t63}, Case{"everything", 16, {1, 2, 0.3}, t15},
+        Case{"one ray", 1, {1, 1, 0}, t15}}) {
     INFO(c.name);
     const double share = coverage(c.rays, c.noise, c.quantile);
     CHECK(share >= 0.90);
@@ -159,8 +157,8 @@ TEST_CASE("the variance is right in the mean, not only on the safe side", "[sens
       claimed += band.variance / n;
       found += (band.radiance - 5) * (band.radiance - 5) / n;
     }
-    const double expected = (noise.shared * noise.shared + noise.own * noise.own / rays) / 16 +
-                            noise.rays * noise.rays / rays;
+    const double expected =
+        (noise.shared * noise.shared + noise.own * noise.own / rays) / 16 + noise.rays * noise.rays / rays;
     CHECK(found == Approx(expected).epsilon(0.12));
     // Cutting the rays' share at 0 leaves a quarter at most (12 % of the error) on the safe side.
     CHECK(claimed > 0.96 * expected);
@@ -273,16 +271,16 @@ TEST_CASE("passes merge to their mean, errors in squares", "[sensor][film]") {
   using enum Film::Value;
   CHECK(value(a, radiance) ==
         Approx((value(first, radiance) + value(b, radiance) + value(c, radiance)) / 3).epsilon(1e-6));
-  CHECK(value(a, error) == Approx(std::sqrt(std::pow(value(first, error), 2) +
-                                            std::pow(value(b, error), 2) +
-                                            std::pow(value(c, error), 2)) / 3).epsilon(1e-6));
+  CHECK(value(a, error) == Approx(std::sqrt(std::pow(value(first, error), 2) + std::pow(value(b, error), 2) +
+                                            std::pow(value(c, error), 2)) /
+                                  3)
+                               .epsilon(1e-6));
   CHECK(a.depth_m()[777] == std::min({first.depth_m()[777], b.depth_m()[777], c.depth_m()[777]}));
   CHECK(a.ray_count()[777] == 9);
   CHECK(a.object_id()[777] == first.object_id()[777]);
   CHECK(a.passes(0, 0) == 3);
   CHECK(a.rays() == 3 * first.rays());
-  CHECK(a.mean(1).mean ==
-        Approx((first.mean(1).mean + b.mean(1).mean + c.mean(1).mean) / 3).epsilon(1e-12));
+  CHECK(a.mean(1).mean == Approx((first.mean(1).mean + b.mean(1).mean + c.mean(1).mean) / 3).epsilon(1e-12));
   CHECK(a.mean(1).standard_error == Approx(first.mean(1).standard_error / std::sqrt(3)).epsilon(0.5));
 }
 

@@ -2,7 +2,6 @@
 #include "sensor/image_error.h"
 
 #include <catch2/catch.hpp>
-
 #include <cmath>
 
 #include "octree/base/random.h"
@@ -62,7 +61,8 @@ double true_square(const Film& film, const std::function<double(int, int)>& leve
   for (int i = 0; i < kSide * kSide; ++i) brightest = std::max(brightest, level(i % kSide, i / kSide));
   for (int i = 0; i < kSide * kSide; ++i) {
     const double truth = level(i % kSide, i / kSide);
-    const double off = (film.values(0, Film::Value::radiance)[static_cast<std::size_t>(i)] - truth) / std::max(truth, 0.05 * brightest);
+    const double off = (film.values(0, Film::Value::radiance)[static_cast<std::size_t>(i)] - truth) /
+                       std::max(truth, 0.05 * brightest);
     sum += off * off;
   }
   return sum / (kSide * kSide);
@@ -109,7 +109,8 @@ TEST_CASE("products of independent estimates tell a bias apart from their noise"
   const auto level = [](int, int) { return 2.0; };
   for (const double bias : {0.0, 0.1}) {
     std::vector<std::vector<double>> estimates;
-    for (std::uint64_t seed = 1; seed <= 4; ++seed) estimates.push_back(film_error(noisy_film({0.01, 0, bias}, seed, level), 0).bias);
+    for (std::uint64_t seed = 1; seed <= 4; ++seed)
+      estimates.push_back(film_error(noisy_film({0.01, 0, bias}, seed, level), 0).bias);
     REQUIRE(estimates[0].size() == 256);
     const BiasSquare square = bias_square(estimates);
     CAPTURE(bias, square.mean, square.standard_error);
@@ -150,7 +151,8 @@ TEST_CASE("a pixel is the same whether its tile is done alone or with all others
         const std::size_t p = static_cast<std::size_t>(y * 48 + x);
         const bool done = tile == 4 || tile == 1;
         REQUIRE((some.film.passes(x, y) > 0) == done);
-        if (done) REQUIRE(some.film.values(0, Film::Value::radiance)[p] == all.film.values(0, Film::Value::radiance)[p]);
+        if (done)
+          REQUIRE(some.film.values(0, Film::Value::radiance)[p] == all.film.values(0, Film::Value::radiance)[p]);
       }
     }
   }

@@ -1,9 +1,7 @@
 // Files: what is written is read again to the bit, failures are named and leave nothing behind.
 #include "sensor/image_io.h"
-#include "tests/support/scratch_folder.h"
 
 #include <catch2/catch.hpp>
-
 #include <chrono>
 #include <cmath>
 #include <cstring>
@@ -11,6 +9,8 @@
 #include <fstream>
 #include <limits>
 #include <thread>
+
+#include "tests/support/scratch_folder.h"
 
 using namespace obscura;
 using obscura::test::ScratchFolder;
@@ -22,8 +22,8 @@ Image example() {
   constexpr float infinity = std::numeric_limits<float>::infinity();
   Image image(5, 130);  // more rows than are written in one go
   int channel = 0;
-  for (const char* name : {"z.radiance", "z.error", "a.radiance", "a.transmission_atmosphere",
-                           "depth.Z", "object.id", "rays.N", "lwir.temperature"}) {
+  for (const char* name : {"z.radiance", "z.error", "a.radiance", "a.transmission_atmosphere", "depth.Z", "object.id",
+                           "rays.N", "lwir.temperature"}) {
     float value = 0.1f + static_cast<float>(++channel);
     for (float& v : image.add(name)) v = value = value * 1.01f;
   }
@@ -124,8 +124,7 @@ TEST_CASE("a file that is no image is bad input, by name", "[sensor][image_io]")
   }
 }
 
-TEST_CASE("what cannot be written is a failure of the world and loses nothing",
-          "[sensor][image_io]") {
+TEST_CASE("what cannot be written is a failure of the world and loses nothing", "[sensor][image_io]") {
   const ScratchFolder folder;
   CHECK_THROWS_AS(write_image(folder / "no such folder" / "a.exr", example()), ResourceError);
   fs::create_directories(folder / "taken.exr" / "inside");

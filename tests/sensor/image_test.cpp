@@ -37,17 +37,15 @@ TEST_CASE("channels have the names and the order of the interface", "[sensor][im
   const Film film = two_pixels(bands[0]);
   ImageOrigin origin;
   CHECK(develop(film, bands, origin).channels() ==
-        std::vector<std::string>{"lwir.radiance", "lwir.error", "lwir.transmission",
-                                 "lwir.temperature", "grey.radiance", "grey.error",
-                                 "grey.transmission", "depth.Z", "object.id", "rays.N"});
+        std::vector<std::string>{"lwir.radiance", "lwir.error", "lwir.transmission", "lwir.temperature",
+                                 "grey.radiance", "grey.error", "grey.transmission", "depth.Z", "object.id", "rays.N"});
   origin.has_bias = true;
   origin.has_atmosphere = true;
   CHECK(develop(film, bands, origin).channels() ==
-        std::vector<std::string>{
-            "lwir.radiance", "lwir.error", "lwir.bias", "lwir.transmission",
-            "lwir.transmission_atmosphere", "lwir.temperature", "grey.radiance", "grey.error",
-            "grey.bias", "grey.transmission", "grey.transmission_atmosphere", "depth.Z",
-            "object.id", "rays.N"});
+        std::vector<std::string>{"lwir.radiance", "lwir.error", "lwir.bias", "lwir.transmission",
+                                 "lwir.transmission_atmosphere", "lwir.temperature", "grey.radiance", "grey.error",
+                                 "grey.bias", "grey.transmission", "grey.transmission_atmosphere", "depth.Z",
+                                 "object.id", "rays.N"});
 }
 
 TEST_CASE("values land in their channels", "[sensor][image]") {

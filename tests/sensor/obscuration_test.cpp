@@ -54,7 +54,9 @@ std::vector<SightReplica> exact_replicas(const Haze& haze = {}, int count = 4) {
   return std::vector<SightReplica>(static_cast<std::size_t>(count), replica);
 }
 
-double normal(Stream& stream) { return std::sqrt(-2 * std::log(stream.uniform())) * std::cos(2 * kPi * stream.uniform()); }
+double normal(Stream& stream) {
+  return std::sqrt(-2 * std::log(stream.uniform())) * std::cos(2 * kPi * stream.uniform());
+}
 
 bool holds(const std::optional<Confident>& c, double truth) { return c && c->low <= truth && truth <= c->high; }
 
@@ -81,7 +83,8 @@ TEST_CASE("the surroundings are a window around the object without any of it", "
   CHECK(square(30, 20, 0, 0, 4).ring_size() == 6 * 6 - 16);
 }
 
-TEST_CASE("pixels that show little of the object are in its area and not in its surroundings", "[sensor][obscuration]") {
+TEST_CASE("pixels that show little of the object are in its area and not in its surroundings",
+          "[sensor][obscuration]") {
   std::vector<float> share(100);
   share[55] = 0.25f;
   share[56] = 1;
@@ -121,7 +124,8 @@ TEST_CASE("known radiances have their contrasts, ratios and shares", "[sensor][o
   for (const auto& [per_cent, value] : found.percentiles) CHECK(value.value == Approx(per_cent / 100));
 }
 
-TEST_CASE("temperatures are those of the mean radiances, and shares in kelvin have bounds in kelvin", "[sensor][obscuration]") {
+TEST_CASE("temperatures are those of the mean radiances, and shares in kelvin have bounds in kelvin",
+          "[sensor][obscuration]") {
   const Band band("lwir", 8, 12);
   SightReplica replica;
   replica.transmission = {0.5f};
@@ -194,7 +198,8 @@ TEST_CASE("a share that every line agrees on keeps room for lines that were not 
   CHECK(all.obscured->low == Approx(1 - 3.0 / 1000).epsilon(0.01));
 }
 
-TEST_CASE("intervals hold the truth in 95 of 100 cases where replicas share their noise among pixels", "[sensor][obscuration]") {
+TEST_CASE("intervals hold the truth in 95 of 100 cases where replicas share their noise among pixels",
+          "[sensor][obscuration]") {
   // A map's noise moves all pixels of a replica together; the ratio is that of noisy numbers.
   constexpr int kTrials = 1200, kReplicas = 8;
   const Haze haze{0.3, 2};
@@ -227,7 +232,8 @@ TEST_CASE("intervals hold the truth in 95 of 100 cases where replicas share thei
     in.transmission += holds(found.transmission, 0.5) ? 1 : 0;
     in.obscured += holds(found.obscured, 0.1) ? 1 : 0;
     // What one would get from pixels taken for independent.
-    const double mean = naive_sum / naive_count, error = std::sqrt((naive_sum2 / naive_count - mean * mean) / naive_count);
+    const double mean = naive_sum / naive_count,
+                 error = std::sqrt((naive_sum2 / naive_count - mean * mean) / naive_count);
     in.naive += std::abs(mean - haze.glow) < 1.96 * error ? 1 : 0;
   }
   const auto share = [](int count) { return static_cast<double>(count) / kTrials; };

@@ -27,7 +27,8 @@ Picture picture(double bias, double noise, std::uint64_t seed, std::size_t bands
   Stream random(7, seed, 0);
   for (std::size_t b = 0; b < bands; ++b) {
     std::vector<float>& band = result.bands.emplace_back();
-    for (int p = 0; p < kColumns * kRows; ++p) band.push_back(static_cast<float>(truth(p) * (1 + (p % 2 ? bias : -bias) + noise * normal(random))));
+    for (int p = 0; p < kColumns * kRows; ++p)
+      band.push_back(static_cast<float>(truth(p) * (1 + (p % 2 ? bias : -bias) + noise * normal(random))));
   }
   return result;
 }

@@ -1,14 +1,13 @@
 // Point spread: what becomes of a point, of a uniform picture and of the energy.
 #include "sensor/point_spread.h"
-#include "tests/support/chi_square.h"
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <numeric>
 
 #include "octree/base/random.h"
+#include "tests/support/chi_square.h"
 
 using namespace obscura;
 using obscura::test::chi_square;
@@ -34,7 +33,9 @@ double total(const std::vector<double>& values) { return std::accumulate(values.
 double gaussian_integral(double from, double to, double sigma) {
   constexpr int steps = 200;
   const double h = (to - from) / steps;
-  const auto density = [&](double x) { return std::exp(-0.5 * x * x / (sigma * sigma)) / (sigma * std::sqrt(2 * kPi)); };
+  const auto density = [&](double x) {
+    return std::exp(-0.5 * x * x / (sigma * sigma)) / (sigma * std::sqrt(2 * kPi));
+  };
   double sum = density(from) + density(to);
   for (int i = 1; i < steps; ++i) sum += (i % 2 ? 4 : 2) * density(from + i * h);
   return sum * h / 3;
@@ -47,7 +48,8 @@ test::ChiSquare against_law(const std::vector<double>& picture, double sigma, do
     for (int x = 0; x < kSide; ++x) {
       const double dx = x - kSide / 2, dy = y - kSide / 2;
       observed.push_back(photons * picture[static_cast<std::size_t>(y * kSide + x)]);
-      expected.push_back(photons * gaussian_integral(dx - 0.5, dx + 0.5, sigma) * gaussian_integral(dy - 0.5, dy + 0.5, sigma));
+      expected.push_back(photons * gaussian_integral(dx - 0.5, dx + 0.5, sigma) *
+                         gaussian_integral(dy - 0.5, dy + 0.5, sigma));
     }
   }
   return chi_square(observed, expected);

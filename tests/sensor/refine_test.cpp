@@ -40,7 +40,8 @@ CameraSettings flat_camera(int columns, int rows) {
 
 Estimator estimator_of(const Picture& picture, const CameraSettings& camera, std::uint64_t seed) {
   const double half_x = 0.5 * camera.resolution[0], half_y = 0.5 * camera.resolution[1];
-  return [=](int, double, std::span<const Ray> rays, std::span<const std::uint64_t> histories, std::span<Incoming> incoming) {
+  return [=](int, double, std::span<const Ray> rays, std::span<const std::uint64_t> histories,
+             std::span<Incoming> incoming) {
     for (std::size_t r = 0; r < rays.size(); ++r) {
       Stream stream(seed, histories[r], 99);
       const Seen seen = picture(rays[r].origin.x + half_x, half_y - rays[r].origin.z, stream);
@@ -67,12 +68,15 @@ SamplerSettings adaptive(int most, std::uint64_t seed = 1) {
   return settings;
 }
 
-Rendered draw(const Picture& picture, int columns, int rows, const SamplerSettings& settings, const World& world = cloudy_world()) {
+Rendered draw(const Picture& picture, int columns, int rows, const SamplerSettings& settings,
+              const World& world = cloudy_world()) {
   const CameraSettings camera = flat_camera(columns, rows);
   return render(world, estimator_of(picture, camera, settings.seed), Camera(camera), settings);
 }
 
-std::uint64_t asked(const Rendered& image, Criterion criterion) { return image.rays.asked[static_cast<std::size_t>(criterion)]; }
+std::uint64_t asked(const Rendered& image, Criterion criterion) {
+  return image.rays.asked[static_cast<std::size_t>(criterion)];
+}
 
 /// Brighter and opaque inside a circle.
 Seen disc(double px, double py, double cx, double cy, double radius) {
@@ -103,8 +107,10 @@ TEST_CASE("parts tile their pixels, touch in succession and are no more than all
         for (std::size_t i = 0; i < parts.size(); ++i) {
           area += parts[i].area();
           for (std::size_t j = 0; j < i; ++j) {
-            const double x = std::min(parts[i].x_min + parts[i].width, parts[j].x_min + parts[j].width) - std::max(parts[i].x_min, parts[j].x_min);
-            const double y = std::min(parts[i].y_min + parts[i].height, parts[j].y_min + parts[j].height) - std::max(parts[i].y_min, parts[j].y_min);
+            const double x = std::min(parts[i].x_min + parts[i].width, parts[j].x_min + parts[j].width) -
+                             std::max(parts[i].x_min, parts[j].x_min);
+            const double y = std::min(parts[i].y_min + parts[i].height, parts[j].y_min + parts[j].height) -
+                             std::max(parts[i].y_min, parts[j].y_min);
             REQUIRE(std::min(x, y) <= 0);
             if (j + 1 == i && most >= 4) CHECK(std::max(x, y) > 0);
             if (j + 1 == i && most >= 4) CHECK(std::min(x, y) == 0);
@@ -147,7 +153,8 @@ TEST_CASE("what varies is refined by its own criterion, where it does and nowher
       for (int x = 0; x < 16; ++x) {
         const float rays = image.film.ray_count()[static_cast<std::size_t>(16 * y + x)];
         CHECK((rays > 1) == (x == 7));
-        CHECK((image.film.criterion()[static_cast<std::size_t>(16 * y + x)] == static_cast<float>(criterion)) == (x == 7));
+        CHECK((image.film.criterion()[static_cast<std::size_t>(16 * y + x)] == static_cast<float>(criterion)) ==
+              (x == 7));
       }
     }
     return image;
@@ -166,7 +173,11 @@ TEST_CASE("what varies is refined by its own criterion, where it does and nowher
   off.adaptive->transmission = off.adaptive->radiance = std::nullopt;
   quiet([](double x, double, Stream&) { return Seen{x < 7.3 ? 1.0 : 9.0, x < 7.3 ? 1.0 : 0.0, 0}; }, off);
   // Dark is dark: twice as bright as a thousandth of the picture's bright end is no difference.
-  quiet([](double x, double y, Stream&) { return Seen{y > 2.5 && y < 14 ? 1000.0 : x < 7.3 ? 1.0 : 2.0, 1, y > 1.9 && y < 14.1 ? 1e7 : 0.0}; }, adaptive(16));
+  quiet(
+      [](double x, double y, Stream&) {
+        return Seen{y > 2.5 && y < 14 ? 1000.0 : x < 7.3 ? 1.0 : 2.0, 1, y > 1.9 && y < 14.1 ? 1e7 : 0.0};
+      },
+      adaptive(16));
   // Noise that is told is no structure.
   quiet([](double, double, Stream& s) { return Seen{1 + 0.1 * (s.uniform() - 0.5), 1, 0.2}; }, adaptive(16));
 }
@@ -180,7 +191,8 @@ TEST_CASE("rays that decide are not averaged: the mean of what they see is right
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     Stream place(seed, 0, 98);
     const double cx = 0.2 + 1.6 * place.uniform(), cy = 0.2 + 1.6 * place.uniform();
-    const Rendered image = draw([&](double x, double y, Stream&) { return disc(x, y, cx, cy, radius); }, 2, 2, adaptive(16, seed));
+    const Rendered image =
+        draw([&](double x, double y, Stream&) { return disc(x, y, cx, cy, radius); }, 2, 2, adaptive(16, seed));
     mean.add(image.film.mean(0).mean);
     share.add(asked(image, Criterion::transmission) > 0);
   }
@@ -194,7 +206,9 @@ TEST_CASE("rays that decide are not averaged: the mean of what they see is right
 TEST_CASE("what the corners say of a slope leaves the mean alone", "[sensor][refine]") {
   // A curved picture, with noise that is told and without: corners that stand high on a bend lend a slope, not a value.
   const auto bent = [](double noise) {
-    return [noise](double x, double y, Stream& s) { return Seen{100 + 0.3 * x * x - 2 * x * y + noise * (s.uniform() - 0.5), 0.5, noise * noise / 12}; };
+    return [noise](double x, double y, Stream& s) {
+      return Seen{100 + 0.3 * x * x - 2 * x * y + noise * (s.uniform() - 0.5), 0.5, noise * noise / 12};
+    };
   };
   // Its mean over 4 x 3 pixels, of x^2: 16 / 3, of x y: 2 * 1.5.
   const double truth = 100 + 0.3 * 16 / 3 - 2 * 2 * 1.5;
@@ -277,7 +291,8 @@ TEST_CASE("rays for the error leave the mean alone and reach the error", "[senso
 }
 
 TEST_CASE("no two rays share their random numbers, those that decide included", "[sensor][refine]") {
-  const CameraSettings camera = flat_camera(16, 14);  // one tile: neighbours trace the corners between them alike, each for itself
+  const CameraSettings camera =
+      flat_camera(16, 14);  // one tile: neighbours trace the corners between them alike, each for itself
   const Picture picture = [](double x, double y, Stream& s) {
     Seen seen = disc(x, y, 8, 6, 4.4);
     seen.radiance += s.uniform();
@@ -286,8 +301,8 @@ TEST_CASE("no two rays share their random numbers, those that decide included", 
   std::mutex lock;
   std::multiset<std::uint64_t> names;
   const Estimator estimator = estimator_of(picture, camera, 1);
-  const Estimator noted = [&](int interval, double share, std::span<const Ray> rays, std::span<const std::uint64_t> histories,
-                              std::span<Incoming> incoming) {
+  const Estimator noted = [&](int interval, double share, std::span<const Ray> rays,
+                              std::span<const std::uint64_t> histories, std::span<Incoming> incoming) {
     const std::lock_guard guard(lock);
     names.insert(histories.begin(), histories.end());
     return estimator(interval, share, rays, histories, incoming);

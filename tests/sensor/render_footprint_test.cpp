@@ -7,7 +7,8 @@
 using namespace obscura;
 using namespace obscura::test;
 
-TEST_CASE("clouds far away are rendered by coarse cells within their tolerance, near ones as without", "[sensor][render][footprint]") {
+TEST_CASE("clouds far away are rendered by coarse cells within their tolerance, near ones as without",
+          "[sensor][render][footprint]") {
   // Two sources: the emission has to be followed segment by segment.
   CloudWish thin;
   thin.voxels = Vec3i(64);
@@ -40,6 +41,6 @@ TEST_CASE("clouds far away are rendered by coarse cells within their tolerance, 
   CHECK(far.counts.footprint.error_bound <= coarse.footprint_tolerance);
   CHECK(reference.counts.footprint.rays == 0);
   CHECK(image(0.2, coarse).counts.footprint.rays == 0);  // pixels of 4 m
-  sampling.max_oversampling = 16;  // each stands for a sixteenth of its pixel
+  sampling.max_oversampling = 16;                        // each stands for a sixteenth of its pixel
   CHECK(image(0.5, coarse).counts.footprint.rays == 0);
 }

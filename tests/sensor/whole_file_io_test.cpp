@@ -1,14 +1,13 @@
 // What is there stays whole until what comes is whole.
 #include "sensor/whole_file_io.h"
-#include "tests/support/scratch_folder.h"
 
 #include <catch2/catch.hpp>
-
 #include <fstream>
 #include <ostream>
 #include <stdexcept>
 
 #include "octree/base/error.h"
+#include "tests/support/scratch_folder.h"
 
 using namespace obscura;
 using obscura::test::ScratchFolder;
@@ -20,10 +19,11 @@ TEST_CASE("a file that fails on the way leaves the old one and nothing else", "[
     std::ifstream file(path);
     return std::string(std::istreambuf_iterator<char>(file), {});
   };
-  CHECK_THROWS_AS(write_whole_stream(path, [](std::ostream& out) {
-                    out << "half";
-                    throw std::runtime_error("lost");
-                  }),
+  CHECK_THROWS_AS(write_whole_stream(path,
+                                     [](std::ostream& out) {
+                                       out << "half";
+                                       throw std::runtime_error("lost");
+                                     }),
                   std::runtime_error);
   CHECK(text() == "old");
   CHECK_THROWS_AS(write_whole_stream(path, [](std::ostream& out) { out.setstate(std::ios::badbit); }), ResourceError);

@@ -20,8 +20,8 @@ struct Furnace {
   std::uint64_t photons = 40000;
   int nearest = 64;
   double map_error = kMapError;
-  bool photon_flux = true;     // whether enough photons pass the rectangle
-  bool far = false;            // so far away that rounding decides on which side of a voxel's face a ray runs
+  bool photon_flux = true;  // whether enough photons pass the rectangle
+  bool far = false;         // so far away that rounding decides on which side of a voxel's face a ray runs
 };
 
 /// A cube of 8^3 voxels whose longest side has this depth.
@@ -63,18 +63,22 @@ void check_furnace(const std::string& name, const WorldContents& contents, const
   TraceSettings trace;
   trace.photons = furnace.photons;
   Box3d around_rectangle(box);
-  for (const double side : {-0.5, 0.5}) around_rectangle.extendBy(rectangle.center + side * (rectangle.side_u + rectangle.side_v));
-  const TraceResult traced = trace_photons(world, PhotonEmitter(world, 0, {}, around_rectangle), trace, {&rectangle, 1});
+  for (const double side : {-0.5, 0.5})
+    around_rectangle.extendBy(rectangle.center + side * (rectangle.side_u + rectangle.side_v));
+  const TraceResult traced =
+      trace_photons(world, PhotonEmitter(world, 0, {}, around_rectangle), trace, {&rectangle, 1});
   CHECK(traced.anomalies == 0);
   for (BatchTally tally : {traced.flux[0].forward, traced.flux[0].backward}) {
     if (!furnace.photon_flux) break;
     for (double& batch : tally) batch *= kBatches;
     const BatchMean found = batch_mean(tally);
-    CHECK(agree(found.mean, found.standard_error, flux, {.resolution = 1.2, .comparisons = kComparisons, .degrees_of_freedom = 15}));
+    CHECK(agree(found.mean, found.standard_error, flux,
+                {.resolution = 1.2, .comparisons = kComparisons, .degrees_of_freedom = 15}));
   }
   const PathFlux by_paths = path_flux(world, 0, {}, rectangle, 900, 3);
   for (const BatchMean& found : {by_paths.forward, by_paths.backward}) {
-    CHECK(agree(found.mean, found.standard_error, flux, {.resolution = 0.25, .reference_error = kRounding * flux, .comparisons = kComparisons}));
+    CHECK(agree(found.mean, found.standard_error, flux,
+                {.resolution = 0.25, .reference_error = kRounding * flux, .comparisons = kComparisons}));
   }
 
   const Light light = trace_light(world, trace);
@@ -90,7 +94,8 @@ void check_furnace(const std::string& name, const WorldContents& contents, const
     if (furnace.far && runs_along_faces(rays[i])) continue;
     CHECK(incoming[i].total() == Approx(kB).epsilon(1e-4));
   }
-  for (std::size_t cell = 0; cell < 512; cell += 37) CHECK(solution.fluence(cell) == Approx(4 * kPi * kB).epsilon(1e-4));
+  for (std::size_t cell = 0; cell < 512; cell += 37)
+    CHECK(solution.fluence(cell) == Approx(4 * kPi * kB).epsilon(1e-4));
   CHECK(solution.flux(77).length() < 1e-4 * kB);
 
   for (const Estimator& estimator : kEstimators) {
@@ -99,7 +104,8 @@ void check_furnace(const std::string& name, const WorldContents& contents, const
     RadianceSettings settings;
     settings.gather.nearest = furnace.nearest;
     const Seen radiance = seen(world, light, estimator, rays, 60, settings);
-    const BatchMean around = fluence_by(world, light, estimator, box.min + Vec3d(0.3 * size.x, 0.4 * size.y, 0.9 * size.z), 400);
+    const BatchMean around =
+        fluence_by(world, light, estimator, box.min + Vec3d(0.3 * size.x, 0.4 * size.y, 0.9 * size.z), 400);
     CHECK(radiance.anomalies == 0);
     INFO("radiance " << radiance.mean << " +- " << radiance.error << " (bias " << radiance.bias << "), fluence / 4 pi "
                      << around.mean / (4 * kPi) << " +- " << around.standard_error / (4 * kPi));
@@ -110,8 +116,10 @@ void check_furnace(const std::string& name, const WorldContents& contents, const
       CHECK(std::abs(around.mean - 4 * kPi * kB) <= 5 * around.standard_error + 0.04 * 4 * kPi * kB);
       CHECK(around.standard_error <= 2.5 * furnace.map_error * 4 * kPi * kB);
     } else {
-      CHECK(agree(radiance.mean, radiance.error, kB, {.resolution = 0.1, .reference_error = kRounding * kB, .comparisons = kComparisons}));
-      CHECK(agree(around.mean, around.standard_error, 4 * kPi * kB, {.resolution = 0.2, .reference_error = kRounding * 4 * kPi * kB, .comparisons = kComparisons}));
+      CHECK(agree(radiance.mean, radiance.error, kB,
+                  {.resolution = 0.1, .reference_error = kRounding * kB, .comparisons = kComparisons}));
+      CHECK(agree(around.mean, around.standard_error, 4 * kPi * kB,
+                  {.resolution = 0.2, .reference_error = kRounding * 4 * kPi * kB, .comparisons = kComparisons}));
     }
   }
 }
@@ -128,7 +136,8 @@ TEST_CASE("furnaces of optical depth 1e-10 to 1e6 are black", "[stability][furna
       Furnace furnace;
       // In the thick ones' middle hardly a photon comes far enough to pass the rectangle.
       furnace.photon_flux = depth < 100;
-      check_furnace("depth " + std::to_string(depth) + ", albedo " + std::to_string(albedo), cube(depth, albedo), furnace);
+      check_furnace("depth " + std::to_string(depth) + ", albedo " + std::to_string(albedo), cube(depth, albedo),
+                    furnace);
     }
   }
 }
@@ -136,7 +145,8 @@ TEST_CASE("furnaces of optical depth 1e-10 to 1e6 are black", "[stability][furna
 TEST_CASE("furnaces of albedo 0 to 1, and 1 - 1e-9, are black", "[stability][furnace]") {
   for (const double albedo : {0.0, 0.9, 0.999, 1 - 1e-9, 1.0}) {
     for (const double depth : {1e-3, 1.0, 10.0}) {
-      check_furnace("depth " + std::to_string(depth) + ", 1 - albedo " + std::to_string(1 - albedo), cube(depth, albedo));
+      check_furnace("depth " + std::to_string(depth) + ", 1 - albedo " + std::to_string(1 - albedo),
+                    cube(depth, albedo));
     }
   }
 }

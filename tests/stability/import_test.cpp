@@ -1,18 +1,19 @@
 // Voxels that no cloud can have: every importer refuses them by grid and voxel, whatever the file's kind.
-#include "octree/base/error.h"
-#include "octree/build.h"
 #include "octree/import.h"
-#include "tests/support/scratch_folder.h"
-#include "tests/support/voxel_fields.h"
 
-#include <catch2/catch.hpp>
 #include <nanovdb/util/GridBuilder.h>
 #include <nanovdb/util/IO.h>
 #include <netcdf.h>
 #include <openvdb/openvdb.h>
 
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+
+#include "octree/base/error.h"
+#include "octree/build.h"
+#include "tests/support/scratch_folder.h"
+#include "tests/support/voxel_fields.h"
 
 using namespace obscura;
 using namespace obscura::test;
@@ -106,7 +107,8 @@ std::string refusal(const Path& path, bool non_negative) {
 
 }  // namespace
 
-TEST_CASE("NaN, infinite and negative voxels are refused by every importer, by grid and voxel", "[stability][import][not_finite]") {
+TEST_CASE("NaN, infinite and negative voxels are refused by every importer, by grid and voxel",
+          "[stability][import][not_finite]") {
   const ScratchFolder folder;
   const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
   const std::pair<const char*, Writer> kinds[] = {

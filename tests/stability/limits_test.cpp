@@ -86,7 +86,8 @@ TEST_CASE("optical depths of 1e-10 to 1e6 emit and let through what the exponent
   }
 }
 
-TEST_CASE("through an optical depth of 1e-10 light scatters once, wherever the sun stands on an axis", "[stability][limits]") {
+TEST_CASE("through an optical depth of 1e-10 light scatters once, wherever the sun stands on an axis",
+          "[stability][limits]") {
   // To first order w p(angle) E tau, whatever the sensor's direction.
   constexpr double kDepth = 1e-10, kAlbedo = 0.7, kG = 0.5, kSun = 3;
   CloudWish wish;
@@ -110,7 +111,8 @@ TEST_CASE("through an optical depth of 1e-10 light scatters once, wherever the s
         const double expected = kAlbedo * PhaseFunction::henyey_greenstein(kG).value(0) * kSun * kDepth;
         for (const Estimator& estimator : kEstimators) {
           INFO("axis " << axis << ", " << estimator.name);
-          CHECK(seen(world, {}, estimator, {&ray, 1}, 400).mean == Approx(expected).epsilon(diameter > 0 ? 1e-3 : 1e-5));
+          CHECK(seen(world, {}, estimator, {&ray, 1}, 400).mean ==
+                Approx(expected).epsilon(diameter > 0 ? 1e-3 : 1e-5));
         }
         std::vector<Incoming> in(1);
         OrdinatesSettings ordinates;
@@ -122,7 +124,8 @@ TEST_CASE("through an optical depth of 1e-10 light scatters once, wherever the s
   }
 }
 
-TEST_CASE("the sun along an axis lights a cloud along faces and edges of voxels as beside them", "[stability][limits]") {
+TEST_CASE("the sun along an axis lights a cloud along faces and edges of voxels as beside them",
+          "[stability][limits]") {
   // Light scattered once at the depth a of the sun and seen at right angles:
   // w p E e^(-k a) (1 - e^(-k D)).
   constexpr double kExtinction = 1.5, kAlbedo = 0.8, kSun = 3, kSide = 2;
@@ -146,7 +149,8 @@ TEST_CASE("the sun along an axis lights a cloud along faces and edges of voxels 
         ray.origin[axis] = depth;
         ray.origin[other] = place;
         ray.origin[side] = -1;
-        const double expected = kAlbedo / (4 * kPi) * kSun * std::exp(-kExtinction * depth) * -std::expm1(-kExtinction * kSide);
+        const double expected =
+            kAlbedo / (4 * kPi) * kSun * std::exp(-kExtinction * depth) * -std::expm1(-kExtinction * kSide);
         RadianceSettings once;
         once.scattering_depth = 1;
         for (const Estimator& estimator : kEstimators) {
@@ -171,8 +175,8 @@ TEST_CASE("a camera in a cloud, on its faces, edges and corners sees what lies a
       Vec3d at(4 * random.uniform(), 4 * random.uniform(), 4 * random.uniform());
       for (int axis = 0; axis < 3; ++axis) {
         const double u = random.uniform();
-        if (i % 3 == 1) at[axis] = 0.5 * std::floor(2 * at[axis]);         // a voxel's corner
-        if (i % 3 == 2 && u < 0.6) at[axis] = u < 0.3 ? 0.0 : 4.0;         // a face, edge or corner of the cloud
+        if (i % 3 == 1) at[axis] = 0.5 * std::floor(2 * at[axis]);  // a voxel's corner
+        if (i % 3 == 2 && u < 0.6) at[axis] = u < 0.3 ? 0.0 : 4.0;  // a face, edge or corner of the cloud
       }
       Vec3d way = random_direction(random);
       // How far it is to leave the box, by hand.
@@ -224,9 +228,12 @@ TEST_CASE("250 K beside 3000 K: each ray has its voxels' own Planck radiance", "
       CHECK(one_ray(world, {{-1, 3.3, 4}, {1, 0, 0}, 0, kInfinity}, estimator) == Approx(layers(true)).epsilon(1e-5));
       CHECK(one_ray(world, {{9, 3.3, 4}, {-1, 0, 0}, 0, kInfinity}, estimator) == Approx(layers(false)).epsilon(1e-5));
       // Along the layers; in a face between two of them it is the upper one's.
-      CHECK(one_ray(world, {{4.5, 3.3, -1}, {0, 0, 1}, 0, kInfinity}, estimator) == Approx(layer_alone(cold)).epsilon(1e-5));
-      CHECK(one_ray(world, {{4.999999, 3.3, -1}, {0, 0, 1}, 0, kInfinity}, estimator) == Approx(layer_alone(cold)).epsilon(1e-5));
-      CHECK(one_ray(world, {{4, 3, -1}, {0, 0, 1}, 0, kInfinity}, estimator) == Approx(layer_alone(cold)).epsilon(1e-5));
+      CHECK(one_ray(world, {{4.5, 3.3, -1}, {0, 0, 1}, 0, kInfinity}, estimator) ==
+            Approx(layer_alone(cold)).epsilon(1e-5));
+      CHECK(one_ray(world, {{4.999999, 3.3, -1}, {0, 0, 1}, 0, kInfinity}, estimator) ==
+            Approx(layer_alone(cold)).epsilon(1e-5));
+      CHECK(one_ray(world, {{4, 3, -1}, {0, 0, 1}, 0, kInfinity}, estimator) ==
+            Approx(layer_alone(cold)).epsilon(1e-5));
       CHECK(one_ray(world, {{5, 3, 9}, {0, 0, -1}, 0, kInfinity}, estimator) == Approx(layer_alone(hot)).epsilon(1e-5));
     }
     std::vector<Incoming> in(1);
@@ -279,13 +286,16 @@ TEST_CASE("h2: layers that scatter straight on or straight back", "[stability][l
   }
 }
 
-TEST_CASE("h3: layers of 1 - albedo = 1e-9 reflect, let through and keep what the table says", "[stability][limits][reference]") {
+TEST_CASE("h3: layers of 1 - albedo = 1e-9 reflect, let through and keep what the table says",
+          "[stability][limits][reference]") {
   struct Row {
     double g, depth, collisions, reflected, transmitted;
   };
   // h3_near_conservative_slab.csv, mu0 = 1
-  const Row rows[] = {{0, 1, 1.6359448551, 0.34132875895, 0.65867123941}, {0, 10, 23.724182706, 0.85300460463, 0.14699537165},
-                      {0.85, 1, 1.1856190077, 0.042316218064, 0.95768378075}, {0.85, 20, 45.803300394, 0.61716719481, 0.38283275939}};
+  const Row rows[] = {{0, 1, 1.6359448551, 0.34132875895, 0.65867123941},
+                      {0, 10, 23.724182706, 0.85300460463, 0.14699537165},
+                      {0.85, 1, 1.1856190077, 0.042316218064, 0.95768378075},
+                      {0.85, 20, 45.803300394, 0.61716719481, 0.38283275939}};
   const FluxRectangle planes[] = {{{0.5, 0.5, 1.5}, {1, 0, 0}, {0, 1, 0}}, {{0.5, 0.5, -0.5}, {1, 0, 0}, {0, 1, 0}}};
   for (const Row& row : rows) {
     INFO("g " << row.g << ", depth " << row.depth);
@@ -295,8 +305,10 @@ TEST_CASE("h3: layers of 1 - albedo = 1e-9 reflect, let through and keep what th
     trace.photons = 20000;
     const TraceResult traced = trace_photons(world, 0, trace, planes);
     const BatchMean up = per_area(traced.flux[0].forward, 1), down = per_area(traced.flux[1].backward, 1);
-    CHECK(agree(up.mean, up.standard_error, row.reflected, {.resolution = 0.5, .comparisons = 20, .degrees_of_freedom = 15}));
-    CHECK(agree(down.mean, down.standard_error, row.transmitted, {.resolution = 0.25, .comparisons = 20, .degrees_of_freedom = 15}));
+    CHECK(agree(up.mean, up.standard_error, row.reflected,
+                {.resolution = 0.5, .comparisons = 20, .degrees_of_freedom = 15}));
+    CHECK(agree(down.mean, down.standard_error, row.transmitted,
+                {.resolution = 0.25, .comparisons = 20, .degrees_of_freedom = 15}));
     // What is absorbed is 1e-9 of what collides: first collisions are not stored, all later ones are.
     BatchTally stored{};
     for (const Photon& photon : traced.photons) stored[photon.batch] += static_cast<double>(photon.power);
@@ -304,9 +316,12 @@ TEST_CASE("h3: layers of 1 - albedo = 1e-9 reflect, let through and keep what th
     CHECK(agree(later.mean + -std::expm1(-row.depth), later.standard_error, row.collisions,
                 {.resolution = 0.3, .comparisons = 20, .degrees_of_freedom = 15}));
     CHECK(total(traced.energy.absorbed) < 1e-3);
-    const PathFlux reflected = path_flux(world, 0, {}, planes[0], 9000, 1), transmitted = path_flux(world, 0, {}, planes[1], 9000, 2);
-    CHECK(agree(reflected.forward.mean, reflected.forward.standard_error, row.reflected, {.resolution = 0.9, .comparisons = 20}));
-    CHECK(agree(transmitted.backward.mean, transmitted.backward.standard_error, row.transmitted, {.resolution = 0.4, .comparisons = 20}));
+    const PathFlux reflected = path_flux(world, 0, {}, planes[0], 9000, 1),
+                   transmitted = path_flux(world, 0, {}, planes[1], 9000, 2);
+    CHECK(agree(reflected.forward.mean, reflected.forward.standard_error, row.reflected,
+                {.resolution = 0.9, .comparisons = 20}));
+    CHECK(agree(transmitted.backward.mean, transmitted.backward.standard_error, row.transmitted,
+                {.resolution = 0.4, .comparisons = 20}));
   }
 }
 
@@ -413,7 +428,8 @@ TEST_CASE("a half space of any thickness reflects and glows as the table says", 
         TraceSettings trace;
         trace.photons = 10000;
         const BatchMean up = per_area(trace_photons(World(contents), 0, trace, {&above, 1}).flux[0].forward, 1);
-        CHECK(agree(up.mean, up.standard_error, row.reflected, {.resolution = 1, .comparisons = 50, .degrees_of_freedom = 15}));
+        CHECK(agree(up.mean, up.standard_error, row.reflected,
+                    {.resolution = 1, .comparisons = 50, .degrees_of_freedom = 15}));
         wish.source = kB;
         const World glowing(grey_contents(wish));
         const Ray ray{{0.4, 0.6, 3}, {0, 0, -1}, 0, kInfinity};
@@ -459,8 +475,10 @@ TEST_CASE("an empty cloud, in the way of every estimator, changes no bit", "[sta
   wish.source = kB;
   for (const bool no_density : {true, false}) {
     CloudWish empty = wish;
-    if (no_density) empty.density = [](const Vec3i&) { return 0.0; };
-    else empty.extinction = 0;
+    if (no_density)
+      empty.density = [](const Vec3i&) { return 0.0; };
+    else
+      empty.extinction = 0;
     WorldContents contents = grey_contents(empty, 0.7);
     contents.sun = Sun{{0, 1, 0}, {3}, 0.01};
     const World world(contents);
@@ -468,7 +486,8 @@ TEST_CASE("an empty cloud, in the way of every estimator, changes no bit", "[sta
     CHECK(light.stored == 0);
     Stream random(5, 0, 0);
     for (int i = 0; i < 100; ++i) {
-      const Ray ray{Vec3d(8 * random.uniform(), 8 * random.uniform(), 8 * random.uniform()), random_direction(random), 0, kInfinity};
+      const Ray ray{Vec3d(8 * random.uniform(), 8 * random.uniform(), 8 * random.uniform()), random_direction(random),
+                    0, kInfinity};
       if (world.suns()[0].covers(ray.direction)) continue;
       for (const Estimator& estimator : kEstimators) CHECK(seen(world, light, estimator, {&ray, 1}, 1).mean == 0.7);
     }
@@ -477,7 +496,8 @@ TEST_CASE("an empty cloud, in the way of every estimator, changes no bit", "[sta
   }
 }
 
-TEST_CASE("light that nobody could follow to its end is refused by name, and by ordinates it is solved", "[stability][refusal]") {
+TEST_CASE("light that nobody could follow to its end is refused by name, and by ordinates it is solved",
+          "[stability][refusal]") {
   // 1e6 deep, nothing is absorbed.
   const World endless = layer(1e6, 1, PhaseFunction::isotropic(), 1);
   CHECK_THROWS_AS(photons_of(endless, 100), NumericalError);

@@ -1,11 +1,9 @@
 // The map's hard cases, each with its right answer: extreme extinction, scale and place, few photons.
-#include "photon/density.h"
+#include <catch2/catch.hpp>
+#include <vector>
 
 #include "octree/base/random.h"
-
-#include <catch2/catch.hpp>
-
-#include <vector>
+#include "photon/density.h"
 
 using namespace obscura;
 
@@ -28,8 +26,7 @@ constexpr auto one = [](const Vec3d&) { return 1.0; };
 
 }  // namespace
 
-TEST_CASE("extinctions of 1e-10 to 1e6 and voxels of 1 mm to 100 km give the same light",
-          "[stability][photon_map]") {
+TEST_CASE("extinctions of 1e-10 to 1e6 and voxels of 1 mm to 100 km give the same light", "[stability][photon_map]") {
   const auto value = [](double extinction, double size) {
     const PhotonMap map(cube_photons(4000, extinction, size, 3));
     const auto k = [=](const Vec3d& y) {
@@ -86,13 +83,11 @@ TEST_CASE("a query far outside of the map gives the light at the nearest photon"
   CHECK(e.radius < 1);  // of the ball there: hardly a point of one around the query would meet the cube
 }
 
-TEST_CASE("a lattice of photons and a query at one of them has no division by 0",
-          "[stability][photon_map]") {
+TEST_CASE("a lattice of photons and a query at one of them has no division by 0", "[stability][photon_map]") {
   std::vector<Photon> photons;
   for (int i = 0; i < 1000; ++i) {
     Photon photon;
-    photon.position = Vec3f(static_cast<float>(i % 10), static_cast<float>(i / 10 % 10),
-                            static_cast<float>(i / 100));
+    photon.position = Vec3f(static_cast<float>(i % 10), static_cast<float>(i / 10 % 10), static_cast<float>(i / 100));
     photon.power = 1;
     photon.batch = static_cast<std::uint8_t>(i % kBatches);
     photons.push_back(photon);

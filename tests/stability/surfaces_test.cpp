@@ -61,7 +61,7 @@ TEST_CASE("triangles without area emit nothing and change nothing", "[stability]
   plain.objects = {grey_object(parallelogram({0, 0, 0}, {2, 0, 0}, {0, 1, 0}), 0, kB)};
   WorldContents broken = plain;
   auto mesh = std::make_shared<Mesh>(*plain.objects[0].mesh);
-  mesh->vertices.push_back({1, 0.5, 0});   // on the diagonal
+  mesh->vertices.push_back({1, 0.5, 0});  // on the diagonal
   mesh->vertices.push_back({0.5, 0.5, 2});
   mesh->vertices.push_back({0.5, 0.5, 2});
   mesh->faces.insert(mesh->faces.begin(), {0, 0, 0});
@@ -94,14 +94,19 @@ TEST_CASE("a body turned inside out is black and cold from outside and shines in
     contents.materials = {grey_material(0.6)};
     contents.objects = {grey_object(box_mesh({0, 0, 0}, {1, 1, 1}, inward), 0, kB)};
     const World world(contents);
-    CHECK(unscattered(world, {0.3, 0.4, 3}, {0, 0, -1}) == Approx(inward ? 0.0 : 0.6 * kB).margin(1e-300).epsilon(1e-12));
-    CHECK(unscattered(world, {0.3, 0.4, 0.5}, {0, 0, -1}) == Approx(inward ? 0.6 * kB : 0.0).margin(1e-300).epsilon(1e-12));
+    CHECK(unscattered(world, {0.3, 0.4, 3}, {0, 0, -1}) ==
+          Approx(inward ? 0.0 : 0.6 * kB).margin(1e-300).epsilon(1e-12));
+    CHECK(unscattered(world, {0.3, 0.4, 0.5}, {0, 0, -1}) ==
+          Approx(inward ? 0.6 * kB : 0.0).margin(1e-300).epsilon(1e-12));
     // Nothing leaves the one, nothing stays in the other; all that meets a back ends there.
-    const EnergyTally energy = trace_light(world, [&] {
-      TraceSettings settings = photons(20000);
-      settings.sources.sky = false;
-      return settings;
-    }()).bands[0].energy;
+    const EnergyTally energy = trace_light(world,
+                                           [&] {
+                                             TraceSettings settings = photons(20000);
+                                             settings.sources.sky = false;
+                                             return settings;
+                                           }())
+                                   .bands[0]
+                                   .energy;
     CHECK(total(energy.emitted) == Approx(kPi * 0.6 * kB * 6).epsilon(1e-6));
     CHECK(total(inward ? energy.escaped : energy.surface) == Approx(0).margin(1e-9));
     CHECK(total(inward ? energy.surface : energy.escaped) == Approx(total(energy.emitted)).epsilon(1e-9));
@@ -114,7 +119,8 @@ TEST_CASE("sheets that share an edge three by three are each met on their own si
   contents.materials = {grey_material(0.6)};
   for (int i = 0; i < 3; ++i) {
     const double angle = i * 2 * kPi / 3;
-    Object sheet = grey_object(parallelogram({0, 0, -1}, {std::cos(angle), std::sin(angle), 0}, {0, 0, 2}), 0, kB * (i + 1));
+    Object sheet =
+        grey_object(parallelogram({0, 0, -1}, {std::cos(angle), std::sin(angle), 0}, {0, 0, 2}), 0, kB * (i + 1));
     sheet.double_sided = true;
     contents.objects.push_back(sheet);
   }
@@ -225,7 +231,8 @@ TEST_CASE("a camera on a surface sees what is before it, and along it the sky", 
     const double angle = 2 * kPi * random.uniform();
     CHECK(unscattered(world, on, {std::cos(angle), std::sin(angle), 0}) == 0.5);
     // Just below the horizon from just above the surface, the floor again.
-    CHECK(unscattered(world, on + Vec3d(0, 0, 1e-6), {std::cos(angle), std::sin(angle), -1e-4}) == Approx(0.6 * kB).epsilon(1e-12));
+    CHECK(unscattered(world, on + Vec3d(0, 0, 1e-6), {std::cos(angle), std::sin(angle), -1e-4}) ==
+          Approx(0.6 * kB).epsilon(1e-12));
     // On a sphere, outward.
     const double u = random.uniform();
     const Vec3d out = uniform_direction(u, random.uniform());
@@ -238,7 +245,8 @@ TEST_CASE("a camera on a surface sees what is before it, and along it the sky", 
 TEST_CASE("a sphere that touches a plane leaves no gap and lights the floor about its foot", "[stability][surfaces]") {
   WorldContents contents = empty_contents();
   contents.materials = {grey_material(1), grey_material(0.5)};
-  contents.objects = {grey_object(parallelogram({-50, -50, 0}, {100, 0, 0}, {0, 100, 0}), 1, 0), grey_sphere({0, 0, 1}, 1, 0, kB)};
+  contents.objects = {grey_object(parallelogram({-50, -50, 0}, {100, 0, 0}, {0, 100, 0}), 1, 0),
+                      grey_sphere({0, 0, 1}, 1, 0, kB)};
   const World world(contents);
   // Through the touching point from above: the sphere; grazing it from the side: sphere or floor, never the
   // dark sky between them.
@@ -330,7 +338,8 @@ TEST_CASE("ten thousand kilometres and a micrometre are both right in one scene"
                       grey_object(parallelogram({0, 0, 0}, {1e-6, 0, 0}, {0, 1e-6, 0}), 0, 2 * kB),
                       grey_sphere({3, 0, 0}, 1e-6, 0, 3 * kB)};
   const World world(contents);
-  CHECK(world.face_lights(0).power() == Approx(kPi * 0.6 * kB * (size * size + 2e-12 + 3 * 4 * kPi * 1e-12)).epsilon(1e-12));
+  CHECK(world.face_lights(0).power() ==
+        Approx(kPi * 0.6 * kB * (size * size + 2e-12 + 3 * 4 * kPi * 1e-12)).epsilon(1e-12));
   Stream random(6, 0, 0);
   int small = 0, sphere = 0;
   for (int i = 0; i < 200; ++i) {
@@ -339,7 +348,8 @@ TEST_CASE("ten thousand kilometres and a micrometre are both right in one scene"
     sphere += unscattered(world, {3 + 0.9 * (x - 0.5e-6), 0, 1e-3}, {0, 0, -1}) == Approx(3 * 0.6 * kB);
     // Beside them, and far out, the plane.
     CHECK(unscattered(world, {x + 2e-6, y, 1e-3}, {0, 0, -1}) == Approx(0.6 * kB).epsilon(1e-12));
-    CHECK(unscattered(world, {0.4 * size * (2 * random.uniform() - 1), 1, 5}, {0, 0, -1}) == Approx(0.6 * kB).epsilon(1e-12));
+    CHECK(unscattered(world, {0.4 * size * (2 * random.uniform() - 1), 1, 5}, {0, 0, -1}) ==
+          Approx(0.6 * kB).epsilon(1e-12));
   }
   CHECK(small == 200);
   CHECK(sphere == 200);

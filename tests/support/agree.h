@@ -19,10 +19,9 @@ struct Agreement {
 };
 
 inline std::ostream& operator<<(std::ostream& out, const Agreement& a) {
-  return out << "value " << a.value << " against " << a.reference << ": z = " << a.z << " (limit "
-             << a.z_limit << "), standard error " << a.error << " (limit " << a.error_limit << ")"
-             << (std::abs(a.z) <= a.z_limit ? "" : " OFF")
-             << (a.error <= a.error_limit ? "" : " TOO WEAK");
+  return out << "value " << a.value << " against " << a.reference << ": z = " << a.z << " (limit " << a.z_limit
+             << "), standard error " << a.error << " (limit " << a.error_limit << ")"
+             << (std::abs(a.z) <= a.z_limit ? "" : " OFF") << (a.error <= a.error_limit ? "" : " TOO WEAK");
 }
 
 inline constexpr double kFalseAlarm = 1e-6;
@@ -38,14 +37,12 @@ struct AgreeOptions {
 /// resolution is then found with a probability of 99.9 %. z* belongs to a false-alarm rate of 1e-6
 /// shared among the comparisons (Bonferroni). `CHECK(agree(mean, error, truth, {.resolution =
 /// 0.01}))`
-inline Agreement agree(double value, double standard_error, double reference,
-                       const AgreeOptions& options = {}) {
+inline Agreement agree(double value, double standard_error, double reference, const AgreeOptions& options = {}) {
   const double limit = student_limit(kFalseAlarm / options.comparisons, options.degrees_of_freedom);
   const double error = std::hypot(standard_error, options.reference_error);
   const double difference = value - reference;
   const double z = difference == 0 ? 0 : difference / error;
-  return {value, reference, z,
-          limit, error,     options.resolution * std::abs(reference) / (limit + 3.09)};
+  return {value, reference, z, limit, error, options.resolution * std::abs(reference) / (limit + 3.09)};
 }
 
 }  // namespace obscura::test

@@ -13,17 +13,17 @@ namespace obscura::test {
 struct AnalogueMedium {
   double extinction = 0;  // 1/m
   double albedo = 0;
-  double source = 0;      // W/m2/sr: what absorption emits
+  double source = 0;  // W/m2/sr: what absorption emits
 };
 
 struct AnalogueScene {
-  Box3d box;                                          // outside: nothing
+  Box3d box;  // outside: nothing
   std::function<AnalogueMedium(const Vec3d&)> medium;
-  double majorant = 0;                                // at least the largest extinction
-  double g = 0;                                       // Henyey-Greenstein
-  double sky = 0;                                     // W/m2/sr
+  double majorant = 0;  // at least the largest extinction
+  double g = 0;         // Henyey-Greenstein
+  double sky = 0;       // W/m2/sr
   Vec3d toward_sun{0, 0, 1};
-  double sun = 0;                                     // W/m2
+  double sun = 0;  // W/m2
 };
 
 class Analogue {

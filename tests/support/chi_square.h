@@ -29,8 +29,8 @@ inline std::ostream& operator<<(std::ostream& out, const ChiSquare& c) {
 /// @param expected how many should have; both must count the same samples. Bins that expect fewer
 ///   than 5 are pooled. A sample where nothing is expected fails the test.
 /// @param comparisons how many such tests share the false-alarm rate of 1e-6
-inline ChiSquare chi_square(const std::vector<double>& observed,
-                            const std::vector<double>& expected, double comparisons = 1) {
+inline ChiSquare chi_square(const std::vector<double>& observed, const std::vector<double>& expected,
+                            double comparisons = 1) {
   ChiSquare result;
   result.limit = 1e-6 / comparisons;
   double pooled_observed = 0, pooled_expected = 0;
@@ -52,8 +52,7 @@ inline ChiSquare chi_square(const std::vector<double>& observed,
     }
   }
   // What is left over is too little for the law; much more than expected is wrong all the same.
-  if (pooled_expected > 0 || pooled_observed > 0)
-    add(pooled_observed, std::max(pooled_expected, 1e-3));
+  if (pooled_expected > 0 || pooled_observed > 0) add(pooled_observed, std::max(pooled_expected, 1e-3));
   result.degrees_of_freedom = std::max(bins - 1, 1);
   result.p_value = chi_square_tail(result.statistic, result.degrees_of_freedom);
   return result;
@@ -64,8 +63,8 @@ inline ChiSquare chi_square(const std::vector<double>& observed,
 /// @param edges increasing; samples outside fall into bins of their own, where none is expected
 /// @param probability (low, high) -> double
 template <class Draw, class Probability>
-ChiSquare chi_square_numbers(Draw&& draw, const std::vector<double>& edges,
-                             Probability&& probability, int samples, double comparisons = 1) {
+ChiSquare chi_square_numbers(Draw&& draw, const std::vector<double>& edges, Probability&& probability, int samples,
+                             double comparisons = 1) {
   std::vector<double> observed(edges.size() + 1), expected(edges.size() + 1);
   for (int i = 0; i < samples; ++i) {
     const auto above = std::upper_bound(edges.begin(), edges.end(), draw());
@@ -84,13 +83,11 @@ ChiSquare chi_square_numbers(Draw&& draw, const std::vector<double>& edges,
 /// @param draw () -> unit Vec3d
 /// @param density unit Vec3d -> per sr; integrated with `cubature` midpoints squared a bin
 template <class Draw, class Density>
-ChiSquare chi_square_directions(Draw&& draw, Density&& density, int samples, int bins_z = 16,
-                                int bins_phi = 16, int cubature = 16, double comparisons = 1) {
+ChiSquare chi_square_directions(Draw&& draw, Density&& density, int samples, int bins_z = 16, int bins_phi = 16,
+                                int cubature = 16, double comparisons = 1) {
   std::vector<double> observed(static_cast<std::size_t>(bins_z * bins_phi));
   std::vector<double> expected(observed.size());
-  const auto index = [](double share, int bins) {
-    return std::clamp(static_cast<int>(share * bins), 0, bins - 1);
-  };
+  const auto index = [](double share, int bins) { return std::clamp(static_cast<int>(share * bins), 0, bins - 1); };
   for (int i = 0; i < samples; ++i) {
     const Vec3d w = draw();
     const int z = index(0.5 * (w.z + 1), bins_z);
@@ -104,8 +101,7 @@ ChiSquare chi_square_directions(Draw&& draw, Density&& density, int samples, int
       const double angle = -kPi + 2 * kPi * (phi + 0.5) / (bins_phi * cubature);
       const double sine = std::sqrt(1 - cosine * cosine);
       expected[static_cast<std::size_t>(z / cubature * bins_phi + phi / cubature)] +=
-          samples * element *
-          density(Vec3d(sine * std::cos(angle), sine * std::sin(angle), cosine));
+          samples * element * density(Vec3d(sine * std::cos(angle), sine * std::sin(angle), cosine));
     }
   }
   return chi_square(observed, expected, comparisons);

@@ -17,9 +17,9 @@ namespace obscura::test {
 /// is `shift` metres off along x: they lie as densely as it says, of equal powers.
 struct LocalLight {
   double shift = 0;
-  bool face = false;           ///< the medium ends at x = 0
+  bool face = false;  ///< the medium ends at x = 0
   bool edge_correction = true;
-  double flicker = 0;          ///< a wrong input: all powers of a map are off by a common factor with this spread
+  double flicker = 0;  ///< a wrong input: all powers of a map are off by a common factor with this spread
 
   double fluence(const Vec3d& y) const noexcept {
     return std::exp(0.5 * (shift * shift - (y - Vec3d(shift, 0, 0)).length2()));
@@ -57,7 +57,9 @@ inline LocalEstimate local_estimate(const LocalLight& light, double photons, int
   settings.edge_correction = light.edge_correction;
   const auto extinction = [&](const Vec3d& y) { return light.face && y.x < 0 ? 0.0 : 1.0; };
   const auto at = [&](std::vector<Photon> list) {
-    return estimate(PhotonMap(std::move(list)), Vec3d(0), extinction, [](const Vec3d&) { return 1.0; }, settings).value;
+    return estimate(
+               PhotonMap(std::move(list)), Vec3d(0), extinction, [](const Vec3d&) { return 1.0; }, settings)
+        .value;
   };
   return {at(std::move(photons_here)), at(std::move(of_one))};
 }
@@ -83,7 +85,8 @@ inline DensityErrors density_errors(const LocalLight& light, double photons, int
 inline std::vector<ErrorAt> density_noise(const LocalLight& light, int maps) {
   std::vector<ErrorAt> errors;
   for (const int k : {16, 32, 64, 128, 256, 512}) {
-    errors.push_back({static_cast<double>(k), density_errors(light, 20.0 * k, k, maps).noise, 1 / std::sqrt(2.0 * maps)});
+    errors.push_back(
+        {static_cast<double>(k), density_errors(light, 20.0 * k, k, maps).noise, 1 / std::sqrt(2.0 * maps)});
   }
   return errors;
 }
@@ -108,8 +111,8 @@ inline std::vector<ErrorAt> density_total(const LocalLight& light, double factor
   return errors;
 }
 
-/// The path tracer's error over its work (flights), in a furnace whose radiance is 1 everywhere: through the rough cloud of
-/// rough_cloud.h, over pixels and repetitions.
+/// The path tracer's error over its work (flights), in a furnace whose radiance is 1 everywhere: through the rough
+/// cloud of rough_cloud.h, over pixels and repetitions.
 /// @param emission of the cloud; 1 is right
 inline std::vector<ErrorAt> path_errors(double emission, int repeats) {
   WorldContents contents = grey_contents(rough_wish(0.8, 0.5, emission), 1);
@@ -137,7 +140,8 @@ inline std::vector<ErrorAt> path_errors(double emission, int repeats) {
       work += static_cast<double>(counts.work[Work::gather]) / (repeats * kPixels);
       for (int pixel = 0; pixel < kPixels; ++pixel) {
         double mean = 0;
-        for (int s = 0; s < samples; ++s) mean += incoming[static_cast<std::size_t>(pixel * samples + s)].total() / samples;
+        for (int s = 0; s < samples; ++s)
+          mean += incoming[static_cast<std::size_t>(pixel * samples + s)].total() / samples;
         squares += (mean - 1) * (mean - 1);
         ++count;
       }
@@ -163,7 +167,8 @@ inline std::vector<ErrorAt> ordinates_in_cells(AngularQuadrature quadrature = An
   }
   return errors;
 }
-inline std::vector<ErrorAt> ordinates_in_angle(double g, AngularQuadrature quadrature = AngularQuadrature::double_gauss) {
+inline std::vector<ErrorAt> ordinates_in_angle(double g,
+                                               AngularQuadrature quadrature = AngularQuadrature::double_gauss) {
   const double limit = reflected(64, 32, 0.5, g, quadrature);
   std::vector<ErrorAt> errors;
   for (const int order : {2, 4, 6, 8, 12, 16}) {

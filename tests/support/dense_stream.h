@@ -1,11 +1,11 @@
 // A voxel stream poured into a dense array, for tests to look at.
 #pragma once
 
-#include "octree/voxels.h"
-
 #include <algorithm>
 #include <mutex>
 #include <vector>
+
+#include "octree/voxels.h"
 
 namespace obscura::test {
 
@@ -13,7 +13,8 @@ namespace obscura::test {
 class Dense {
  public:
   explicit Dense(const VoxelStream& stream)
-      : channels_(stream.channels), low_(stream.bounds.min),
+      : channels_(stream.channels),
+        low_(stream.bounds.min),
         size_(stream.bounds.isEmpty() ? Vec3i(0) : stream.bounds.max - stream.bounds.min) {
     const std::size_t cells = std::size_t(size_.x) * std::size_t(size_.y) * std::size_t(size_.z);
     values_.assign(channels_.size(), std::vector<float>(cells, 0.0f));
@@ -60,8 +61,7 @@ class Dense {
   float min(std::size_t channel) const { return *std::min_element(values_[channel].begin(), values_[channel].end()); }
   float max(std::size_t channel) const { return *std::max_element(values_[channel].begin(), values_[channel].end()); }
   std::size_t nonzero(std::size_t channel) const {
-    return values_[channel].size() -
-           std::size_t(std::count(values_[channel].begin(), values_[channel].end(), 0.0f));
+    return values_[channel].size() - std::size_t(std::count(values_[channel].begin(), values_[channel].end(), 0.0f));
   }
   std::size_t bricks() const { return bricks_; }
   std::size_t tiles() const { return tiles_; }

@@ -35,9 +35,8 @@ inline double beta_share(double a, double b, double x) {
   if (x <= 0) return 0;
   if (x >= 1) return 1;
   if (x > (a + 1) / (a + b + 2)) return 1 - beta_share(b, a, 1 - x);
-  const double scale = std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) +
-                                a * std::log(x) + b * std::log1p(-x)) /
-                       a;
+  const double scale =
+      std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) + a * std::log(x) + b * std::log1p(-x)) / a;
   double c = 1, d = 1 / (1 - (a + b) * x / (a + 1)), h = d;
   for (int m = 1; m < 10000; ++m) {
     const double even = m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m));
@@ -63,13 +62,11 @@ inline double chi_square_tail(double statistic, double degrees_of_freedom) {
 /// Probability of |t| above the given value; infinite degrees of freedom: the normal law.
 inline double student_two_sided_tail(double t, double degrees_of_freedom) {
   if (std::isinf(degrees_of_freedom)) return std::erfc(std::abs(t) / std::sqrt(2.0));
-  return detail::beta_share(0.5 * degrees_of_freedom, 0.5,
-                            degrees_of_freedom / (degrees_of_freedom + t * t));
+  return detail::beta_share(0.5 * degrees_of_freedom, 0.5, degrees_of_freedom / (degrees_of_freedom + t * t));
 }
 
 /// The |t| that is exceeded with the given probability.
-inline double student_limit(double probability,
-                            double degrees_of_freedom = std::numeric_limits<double>::infinity()) {
+inline double student_limit(double probability, double degrees_of_freedom = std::numeric_limits<double>::infinity()) {
   double low = 0, high = 1;
   while (student_two_sided_tail(high, degrees_of_freedom) > probability) high *= 2;
   for (int i = 0; i < 200 && high - low > 1e-12 * high; ++i) {

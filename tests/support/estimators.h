@@ -30,8 +30,8 @@ struct Seen {
 };
 
 /// The mean over rays, each taken `count` times.
-inline Seen seen(const World& world, const Light& light, const Estimator& estimator, std::span<const Ray> rays, int count,
-                 RadianceSettings settings = {}) {
+inline Seen seen(const World& world, const Light& light, const Estimator& estimator, std::span<const Ray> rays,
+                 int count, RadianceSettings settings = {}) {
   settings = settings_of(estimator, settings);
   std::vector<Ray> all;
   std::vector<std::uint64_t> histories;

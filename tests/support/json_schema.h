@@ -2,9 +2,8 @@
 // that the schema cannot say something the tests do not check.
 #pragma once
 
-#include <nlohmann/json.hpp>
-
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
 

@@ -1,16 +1,15 @@
 // The one translation unit that compiles Catch's main. OBSCURA_TRAP_FPE names the floating point exceptions
 // that end a test there and then, on every thread: see tests/README.md.
 #define CATCH_CONFIG_RUNNER
-#include <catch2/catch.hpp>
+#include <tbb/task_scheduler_observer.h>
 
+#include <catch2/catch.hpp>
 #include <cfenv>
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
 #include <sstream>
 #include <string>
-
-#include <tbb/task_scheduler_observer.h>
 
 namespace {
 

@@ -49,7 +49,12 @@ BatchMean path_average(const World& world, int count, std::uint64_t seed, RayOf&
 
 /// Radiance that arrives against one direction.
 inline BatchMean path_radiance_along(const World& world, const Ray& ray, int count, std::uint64_t seed, int paths = 1) {
-  return path_average(world, count, seed, [&](const auto&) { return WeightedRay{ray, 1}; }, paths);
+  return path_average(
+      world, count, seed,
+      [&](const auto&) {
+        return WeightedRay{ray, 1};
+      },
+      paths);
 }
 
 /// A ray that looks at a stack from outside: light leaves it at cosine mu to the vertical, upward on top or
@@ -61,10 +66,14 @@ inline Ray view(double top, bool upward, double mu, double phi) {
 }
 
 /// Mean radiance that leaves a stack, weighted with the cosine: its flux over pi.
-inline BatchMean path_exitance(const World& world, double top, bool upward, int count, std::uint64_t seed, int paths = 1) {
+inline BatchMean path_exitance(const World& world, double top, bool upward, int count, std::uint64_t seed,
+                               int paths = 1) {
   return path_average(
       world, count, seed,
-      [&](const auto& u) { return WeightedRay{view(top, upward, std::sqrt(u[0]), 2 * kPi * u[1]), 1}; }, paths);
+      [&](const auto& u) {
+        return WeightedRay{view(top, upward, std::sqrt(u[0]), 2 * kPi * u[1]), 1};
+      },
+      paths);
 }
 
 }  // namespace obscura::test

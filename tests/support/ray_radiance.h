@@ -21,8 +21,7 @@ inline Octree lossless(const VoxelStream& stream) {
 }
 
 /// A half-line with unit direction: t is in metres.
-inline Ray line(const Vec3d& origin, const Vec3d& direction, double t_min = 0,
-                double t_max = kInfinity) {
+inline Ray line(const Vec3d& origin, const Vec3d& direction, double t_min = 0, double t_max = kInfinity) {
   return {origin, direction / direction.length(), t_min, t_max};
 }
 
@@ -44,15 +43,14 @@ struct Gathered {
 template <class Extinction, class Source>
 Gathered gather(const Octree& tree, const Ray& ray, Extinction&& extinction, Source&& source) {
   Gathered g;
-  walk(tree, transform_ray(tree.local_to_index(), ray),
-       [&](double begin, double end, const Walk& segment) {
-         const double k = extinction(segment);
-         const double d = end - begin;
-         g.radiance += g.transmission() * radiance_gain(k * source(segment), k, d);
-         g.depth += k * d;
-         g.length += d;
-         return true;
-       });
+  walk(tree, transform_ray(tree.local_to_index(), ray), [&](double begin, double end, const Walk& segment) {
+    const double k = extinction(segment);
+    const double d = end - begin;
+    g.radiance += g.transmission() * radiance_gain(k * source(segment), k, d);
+    g.depth += k * d;
+    g.length += d;
+    return true;
+  });
   return g;
 }
 

@@ -8,7 +8,8 @@
 namespace obscura::test {
 
 /// Each comparison: standard error of at most `error` (of the quantity, in its unit), z below its limit.
-inline AgreeOptions held_to(double reference, double error, double comparisons, double batches, double reference_error = 0) {
+inline AgreeOptions held_to(double reference, double error, double comparisons, double batches,
+                            double reference_error = 0) {
   const double limit = student_limit(kFalseAlarm / comparisons, batches - 1);
   return {.resolution = error * (limit + 3.09) / std::abs(reference),
           .reference_error = reference_error,

@@ -14,9 +14,7 @@
 namespace obscura::test {
 
 /// The phase function of a table's row.
-inline PhaseFunction hg(double g) {
-  return g == 0 ? PhaseFunction::isotropic() : PhaseFunction::henyey_greenstein(g);
-}
+inline PhaseFunction hg(double g) { return g == 0 ? PhaseFunction::isotropic() : PhaseFunction::henyey_greenstein(g); }
 
 /// From the moments (2 l + 1) chi_l that file f6 has published for "hazeL" or "cloudC1", as a table of 2881
 /// angles.
@@ -33,7 +31,8 @@ inline PhaseFunction published_phase(const std::string& name) {
     double before = 0, legendre = 1, sum = 0;
     for (std::size_t l = 0; l < moments.size(); ++l) {
       sum += moments[l] * legendre;
-      const double next = ((2.0 * static_cast<double>(l) + 1) * cosine * legendre - static_cast<double>(l) * before) / (static_cast<double>(l) + 1);
+      const double next = ((2.0 * static_cast<double>(l) + 1) * cosine * legendre - static_cast<double>(l) * before) /
+                          (static_cast<double>(l) + 1);
       before = legendre;
       legendre = next;
     }
@@ -45,17 +44,23 @@ inline PhaseFunction published_phase(const std::string& name) {
 
 /// Of a row of d1 (no column "phase") or d2.
 inline PhaseFunction row_phase(const Csv& csv, std::size_t row) {
-  return csv.has("phase") && csv.text(row, "phase") == "rayleigh" ? PhaseFunction::rayleigh() : hg(csv.number(row, "g"));
+  return csv.has("phase") && csv.text(row, "phase") == "rayleigh" ? PhaseFunction::rayleigh()
+                                                                  : hg(csv.number(row, "g"));
 }
 
 /// Of a problem of DISORT's, by its number in file d6.
 inline PhaseFunction disort_phase(char problem) {
   switch (problem) {
-    case '1': return hg(0);
-    case '2': return PhaseFunction::rayleigh();
-    case '3': return hg(0.75);
-    case '4': return published_phase("hazeL");
-    default: return published_phase("cloudC1");
+    case '1':
+      return hg(0);
+    case '2':
+      return PhaseFunction::rayleigh();
+    case '3':
+      return hg(0.75);
+    case '4':
+      return published_phase("hazeL");
+    default:
+      return published_phase("cloudC1");
   }
 }
 
@@ -82,7 +87,8 @@ struct Layer {
 
 /// The layers of a row of d7.
 inline std::vector<Layer> row_layers(const Csv& csv, std::size_t row) {
-  const std::vector<double> tau = csv.numbers(row, "tau_list"), w = csv.numbers(row, "w_list"), g = csv.numbers(row, "g_list");
+  const std::vector<double> tau = csv.numbers(row, "tau_list"), w = csv.numbers(row, "w_list"),
+                            g = csv.numbers(row, "g_list");
   std::vector<Layer> layers;
   for (std::size_t i = 0; i < tau.size(); ++i) layers.push_back({tau[i], w[i], hg(g[i]), 0});
   return layers;
@@ -128,10 +134,10 @@ inline WorldContents linear_source_contents(const Layer& layer, double top, doub
   contents.sky = {0};
   Cloud cloud;
   cloud.name = "linear";
-  cloud.octree = exact_octree(lattice({1, 1, voxels}, {side_m, side_m, 1.0 / voxels}, {"source", "density"},
-                                      [=](int channel, const Vec3i& v) {
-                                        return channel == 1 ? 1.0f : static_cast<float>(bottom + (top - bottom) * (v.z + 0.5) / voxels);
-                                      }));
+  cloud.octree = exact_octree(
+      lattice({1, 1, voxels}, {side_m, side_m, 1.0 / voxels}, {"source", "density"}, [=](int channel, const Vec3i& v) {
+        return channel == 1 ? 1.0f : static_cast<float>(bottom + (top - bottom) * (v.z + 0.5) / voxels);
+      }));
   cloud.media.push_back({0, {0}, {0}, PhaseFunction::isotropic()});
   cloud.media.push_back({1, {layer.tau}, {layer.albedo}, layer.phase});
   cloud.emission = {layer.tau * (1 - layer.albedo)};
@@ -148,8 +154,8 @@ struct Matter {
 
 /// A box of cubic cells with its lower corner at the origin; kinds(cell) chooses one of the matters or, with a
 /// negative number, nothing.
-inline WorldContents box_contents(const Vec3i& cells, double cell_m, const std::vector<Matter>& matters, const PhaseFunction& phase,
-                                  const std::function<int(const Vec3i&)>& kind) {
+inline WorldContents box_contents(const Vec3i& cells, double cell_m, const std::vector<Matter>& matters,
+                                  const PhaseFunction& phase, const std::function<int(const Vec3i&)>& kind) {
   WorldContents contents;
   contents.bands.emplace_back("grey");
   contents.sky = {0};
@@ -160,8 +166,8 @@ inline WorldContents box_contents(const Vec3i& cells, double cell_m, const std::
     channels.push_back("matter " + std::to_string(m));
     cloud.media.push_back({static_cast<int>(m), {matters[m].extinction}, {matters[m].albedo}, phase});
   }
-  cloud.octree = exact_octree(
-      lattice(cells, Vec3d(cell_m), channels, [&](int channel, const Vec3i& v) { return kind(v) == channel ? 1.0f : 0.0f; }));
+  cloud.octree = exact_octree(lattice(cells, Vec3d(cell_m), channels,
+                                      [&](int channel, const Vec3i& v) { return kind(v) == channel ? 1.0f : 0.0f; }));
   contents.clouds.push_back(std::move(cloud));
   return contents;
 }

@@ -10,7 +10,8 @@
 namespace obscura::test {
 
 /// A pinhole's spot of given half widths (tangents) about a direction.
-inline Spot pinhole_spot(const Vec3d& eye, const Vec3d& toward, double half_width, double half_height, double turn = 0) {
+inline Spot pinhole_spot(const Vec3d& eye, const Vec3d& toward, double half_width, double half_height,
+                         double turn = 0) {
   const Vec3d axis = toward.normalized();
   const auto [a0, b0] = orthonormal_basis(axis);
   const Vec3d a = std::cos(turn) * a0 + std::sin(turn) * b0, b = std::cos(turn) * b0 - std::sin(turn) * a0;
@@ -35,7 +36,9 @@ inline Spot parallel_spot(const Vec3d& middle, const Vec3d& direction, const Vec
 /// A ray of the spot: x and y in [0, 1] between the corners.
 inline Ray ray_in(const Spot& spot, double x, double y) {
   // Planar rectangles: directions scaled to one plane mix linearly.
-  const Vec3d axis = (spot.corners[0].direction + spot.corners[1].direction + spot.corners[2].direction + spot.corners[3].direction).normalized();
+  const Vec3d axis =
+      (spot.corners[0].direction + spot.corners[1].direction + spot.corners[2].direction + spot.corners[3].direction)
+          .normalized();
   Vec3d origin(0), direction(0);
   const double weight[4] = {(1 - x) * (1 - y), x * (1 - y), x * y, (1 - x) * y};
   for (std::size_t i = 0; i < 4; ++i) {
@@ -59,7 +62,8 @@ struct Views {
       sky = true;
       return;
     }
-    if (std::find(surfaces.begin(), surfaces.end(), hit.id.surface) == surfaces.end()) surfaces.push_back(hit.id.surface);
+    if (std::find(surfaces.begin(), surfaces.end(), hit.id.surface) == surfaces.end())
+      surfaces.push_back(hit.id.surface);
     Vec3d normal = world.surfaces().normal(hit.id, ray.at(hit.t));
     const bool back = normal.dot(ray.direction) > 0;
     if (back) normal = -normal;
@@ -73,7 +77,9 @@ struct Views {
       K = material == -1 ? 0 : object.K[slot];
       if (material >= 0 && object.mesh && !object.mesh->vertex_K.empty()) {
         const auto& f = object.mesh->faces[hit.id.face];
-        const auto at = [&](int corner) { return static_cast<double>(object.mesh->vertex_K[f[static_cast<std::size_t>(corner)]]); };
+        const auto at = [&](int corner) {
+          return static_cast<double>(object.mesh->vertex_K[f[static_cast<std::size_t>(corner)]]);
+        };
         K = (1 - hit.u - hit.v) * at(0) + hit.u * at(1) + hit.v * at(2);
       }
     }

@@ -69,7 +69,8 @@ inline Field patchwork(std::uint64_t seed) {
     const auto value = [&](int level) {
       return static_cast<float>(voxel_noise(seed, at(level), static_cast<std::uint32_t>(100 + 50 * level + channel)));
     };
-    const double large = voxel_noise(seed, at(5), 1), medium = voxel_noise(seed, at(4), 2), brick = voxel_noise(seed, at(3), 3);
+    const double large = voxel_noise(seed, at(5), 1), medium = voxel_noise(seed, at(4), 2),
+                 brick = voxel_noise(seed, at(3), 3);
     if (large < 0.2) return 0.0f;
     if (medium < 0.2) return medium < 0.1 ? 0.0f : value(4);
     if (brick < 0.3) return brick < 0.15 ? 0.0f : value(3);
@@ -100,52 +101,59 @@ inline Ray awkward_ray(const Box3i& domain, std::uint64_t seed, std::uint64_t nu
   const int kind = static_cast<int>(number % 12);
   const int axis = static_cast<int>(random.bits() % 3u), other = (axis + 1) % 3;
   switch (kind) {
-    case 0: case 1: break;
-    case 2: through = rounded(through); break;                                   // through a corner
-    case 3:                                                                      // along an axis, in an edge
+    case 0:
+    case 1:
+      break;
+    case 2:
+      through = rounded(through);
+      break;  // through a corner
+    case 3:   // along an axis, in an edge
       through = rounded(through);
       ray.direction = Vec3d(0, 0, 0);
       ray.direction[axis] = random.uniform() < 0.5 ? 1 : -1;
       break;
-    case 4:                                                                      // in a face
+    case 4:  // in a face
       through[axis] = std::floor(through[axis]);
       ray.direction[axis] = 0;
       break;
-    case 5:                                                                      // in a face, all but parallel
+    case 5:  // in a face, all but parallel
       through[axis] = std::floor(through[axis]);
       ray.direction[axis] = (random.uniform() < 0.5 ? 1 : -1) * std::pow(10.0, -3 - 300 * random.uniform());
       break;
-    case 6:                                                                      // beside a face, parallel
+    case 6:  // beside a face, parallel
       through[axis] = std::nextafter(std::floor(through[axis]), random.uniform() < 0.5 ? -1e9 : 1e9);
       ray.direction[axis] = 0;
       break;
-    case 7:                                                                      // along an edge, all but parallel
+    case 7:  // along an edge, all but parallel
       through = rounded(through);
       ray.direction = Vec3d(0, 0, 0);
       ray.direction[axis] = random.uniform() < 0.5 ? 1 : -1;
       ray.direction[other] = (random.uniform() < 0.5 ? 1 : -1) * std::pow(10.0, -3 - 17 * random.uniform());
       break;
-    case 8:                                                                      // through many corners
+    case 8:  // through many corners
       through = rounded(through);
       for (int a = 0; a < 3; ++a) ray.direction[a] = static_cast<double>(static_cast<int>(random.bits() % 5u)) - 2;
       if (ray.direction == Vec3d(0, 0, 0)) ray.direction = Vec3d(1, 1, -1);
       break;
-    case 9:                                                                      // one direction very small
+    case 9:  // one direction very small
       ray.direction[axis] *= 1e-9;
       break;
-    default: break;
+    default:
+      break;
   }
   if (kind >= 10) {
-    ray.origin = through;                                                        // starts inside
+    ray.origin = through;  // starts inside
     if (kind == 11) ray.t_max = random.uniform() * 0.3 * size.length();
   } else if (kind == 8) {
-    ray.origin = through - 64.0 * ray.direction;                                 // exact in binary
+    ray.origin = through - 64.0 * ray.direction;  // exact in binary
   } else {
     ray.origin = through - (kind == 3 || kind == 7 ? 128.0 : 2 * size.length()) * ray.direction;
     if (kind == 4 || kind == 5 || kind == 6) ray.origin[axis] = through[axis];
-    if (kind == 7) ray.origin = through - 128.0 * Vec3d(axis == 0 ? ray.direction.x : 0, axis == 1 ? ray.direction.y : 0, axis == 2 ? ray.direction.z : 0);
+    if (kind == 7)
+      ray.origin = through - 128.0 * Vec3d(axis == 0 ? ray.direction.x : 0, axis == 1 ? ray.direction.y : 0,
+                                           axis == 2 ? ray.direction.z : 0);
   }
-  if (kind == 1) ray.direction *= std::pow(10.0, 6 * random.uniform() - 3);     // t is not metres of index space
+  if (kind == 1) ray.direction *= std::pow(10.0, 6 * random.uniform() - 3);  // t is not metres of index space
   if (kind == 1) ray.origin = through - (2 * size.length() / ray.direction.length()) * ray.direction;
   return ray;
 }

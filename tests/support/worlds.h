@@ -71,7 +71,7 @@ inline WorldContents grey_contents(const CloudWish& wish, double sky = 0) {
 /// Radiance along one ray as many independent rays see it, photon map included: mean and batch error.
 struct RayRadiance {
   double mean = 0;
-  double error = 0;         // of batches and rays
+  double error = 0;  // of batches and rays
   double transmission = 0;
   double bias = 0;
 };

@@ -22,10 +22,8 @@ TEST_CASE("an input error keeps all its problems", "[base][error]") {
 }
 
 TEST_CASE("the failures of the world and of the numbers are told apart", "[base][error]") {
-  CHECK(std::string(ResourceError("out.exr", "disk full", "free space").what()) ==
-        "out.exr: disk full (free space)");
-  CHECK(std::string(NumericalError("photon", "refuses", "use path").what()) ==
-        "photon: refuses (use path)");
+  CHECK(std::string(ResourceError("out.exr", "disk full", "free space").what()) == "out.exr: disk full (free space)");
+  CHECK(std::string(NumericalError("photon", "refuses", "use path").what()) == "photon: refuses (use path)");
   CHECK_THROWS_AS(throw ResourceError("a", "b"), std::runtime_error);
   CHECK_THROWS_AS(throw NumericalError("a", "b"), std::runtime_error);
 }

@@ -17,8 +17,7 @@ constexpr int kDimensions = LowDiscrepancy::kDimensions;
 // Smooth, with all dimensions coupled; its mean over the unit cube is 1.
 double smooth(const std::array<double, 8>& x) {
   double product = 1;
-  for (int d = 0; d < kDimensions; ++d)
-    product *= 1 + 0.3 * (x[d] - 0.5) + 0.2 * (x[d] * x[d] - 1.0 / 3);
+  for (int d = 0; d < kDimensions; ++d) product *= 1 + 0.3 * (x[d] - 0.5) + 0.2 * (x[d] * x[d] - 1.0 / 3);
   return product;
 }
 
@@ -75,8 +74,7 @@ TEST_CASE("every dyadic interval holds one of the first points", "[base][low_dis
   }
 }
 
-TEST_CASE("any two dimensions are as even as their polynomials promise",
-          "[base][low_discrepancy]") {
+TEST_CASE("any two dimensions are as even as their polynomials promise", "[base][low_discrepancy]") {
   // Sobol (1967): with polynomials of degree s, a rectangle of volume 2^(t - m), t the sum of s -
   // 1, holds 2^t of the first 2^m points. Dimensions 0 and 1 have t = 0: a (0,2)-net.
   const int degree[kDimensions] = {1, 1, 2, 3, 3, 4, 4, 5};
@@ -136,8 +134,7 @@ TEST_CASE("scrambled digits below the first are fair as well", "[base][low_discr
   }
 }
 
-TEST_CASE("batches are unbiased and independent, for any number of points",
-          "[base][low_discrepancy]") {
+TEST_CASE("batches are unbiased and independent, for any number of points", "[base][low_discrepancy]") {
   for (const std::uint32_t count : {16u, 37u, 100u}) {
     const int batches = 4000;
     Moments moments, neighbours, seeds;

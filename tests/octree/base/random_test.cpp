@@ -11,13 +11,11 @@ using namespace obscura;
 TEST_CASE("Philox gives the published answers", "[base][random]") {
   // Random123, tests/kat_vectors: philox4x32 with 10 rounds; zeros, ones, digits of pi.
   using Block = std::array<std::uint32_t, 4>;
-  CHECK(philox4x32({0, 0, 0, 0}, {0, 0}) ==
-        Block{0x6627e8d5u, 0xe169c58du, 0xbc57ac4cu, 0x9b00dbd8u});
+  CHECK(philox4x32({0, 0, 0, 0}, {0, 0}) == Block{0x6627e8d5u, 0xe169c58du, 0xbc57ac4cu, 0x9b00dbd8u});
   const std::uint32_t ones = 0xffffffffu;
   CHECK(philox4x32({ones, ones, ones, ones}, {ones, ones}) ==
         Block{0x408f276du, 0x41c83b0eu, 0xa20bc7c6u, 0x6d5451fdu});
-  CHECK(philox4x32({0x243f6a88u, 0x85a308d3u, 0x13198a2eu, 0x03707344u},
-                   {0xa4093822u, 0x299f31d0u}) ==
+  CHECK(philox4x32({0x243f6a88u, 0x85a308d3u, 0x13198a2eu, 0x03707344u}, {0xa4093822u, 0x299f31d0u}) ==
         Block{0xd16cfe09u, 0x94fdccebu, 0x5001e420u, 0x24126ea1u});
 }
 
@@ -25,8 +23,7 @@ TEST_CASE("a stream is its counter block by block", "[base][random]") {
   const std::uint64_t seed = 0x0123456789abcdefu, history = 0xfedcba9876543210u;
   Stream stream(seed, history, 5);
   for (std::uint32_t block = 0; block < 3; ++block) {
-    const auto expected =
-        philox4x32({block, 5, 0x76543210u, 0xfedcba98u}, {0x89abcdefu, 0x01234567u});
+    const auto expected = philox4x32({block, 5, 0x76543210u, 0xfedcba98u}, {0x89abcdefu, 0x01234567u});
     for (int i = 0; i < 4; ++i) CHECK(stream.bits() == expected[i]);
   }
 }
@@ -41,8 +38,7 @@ TEST_CASE("streams differ in seed, history and purpose", "[base][random]") {
   CHECK(first != Stream(1, 1ull << 32, 3).bits());
 }
 
-TEST_CASE("uniform numbers are uniform, open and independent of their neighbours",
-          "[base][random]") {
+TEST_CASE("uniform numbers are uniform, open and independent of their neighbours", "[base][random]") {
   const int samples = 500000;
   Stream stream(1, 0, 0);
   std::vector<double> observed(64 * 64), expected(64 * 64, samples / 4096.0);

@@ -41,8 +41,7 @@ TEST_CASE("moments do not cancel beside a large mean", "[base][statistics]") {
   CHECK(m.variance() == Approx(1000.0 / 999).epsilon(1e-6));
 }
 
-TEST_CASE("merged moments are those of the whole, in the same bits each time",
-          "[base][statistics]") {
+TEST_CASE("merged moments are those of the whole, in the same bits each time", "[base][statistics]") {
   Moments whole, left, right, empty;
   Stream stream(1, 0, 0);
   for (int i = 0; i < 1000; ++i) {
@@ -83,8 +82,7 @@ TEST_CASE("a mean over batches has Student's error", "[base][statistics]") {
   const double share = static_cast<double>(covered) / trials;
   const double error = std::sqrt(0.05 * 0.95 / trials);
   CHECK(test::agree(share, error, 0.95, {.resolution = 0.014}));
-  CHECK_FALSE(test::agree(static_cast<double>(covered_by_normal) / trials, error, 0.95,
-                          {.resolution = 0.014}));
+  CHECK_FALSE(test::agree(static_cast<double>(covered_by_normal) / trials, error, 0.95, {.resolution = 0.014}));
 }
 
 TEST_CASE("few batches say little", "[base][statistics]") {

@@ -72,9 +72,7 @@ TEST_CASE("directions are tested against their density", "[support]") {
     return Vec3d(sine * std::cos(phi), sine * std::sin(phi), z);
   };
   Stream a(1, 0, 0), b(1, 1, 0);
-  CHECK(chi_square_directions([&] { return uniform(a); }, [](const Vec3d&) { return 0.25 / kPi; },
-                              100000));
+  CHECK(chi_square_directions([&] { return uniform(a); }, [](const Vec3d&) { return 0.25 / kPi; }, 100000));
   CHECK_FALSE(chi_square_directions([&] { return uniform(b); },
-                                    [](const Vec3d& w) { return 0.25 / kPi * (1 + 0.1 * w.x); },
-                                    100000));
+                                    [](const Vec3d& w) { return 0.25 / kPi * (1 + 0.1 * w.x); }, 100000));
 }
