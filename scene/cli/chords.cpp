@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "octree/base/random.h"
-#include "octree/walk.h"
+#include "octree/tree/walk.h"
 
 namespace obscura::cli {
 

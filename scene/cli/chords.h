@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "octree/build.h"
+#include "octree/build/build.h"
 
 namespace obscura::cli {
 

@@ -1,5 +1,5 @@
 // obscura compare: how far an image is from a reference, channel by channel.
-#include "sensor/compare.h"
+#include "sensor/judge/compare.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 
 #include "commands.h"
 #include "console.h"
-#include "sensor/image_io.h"
+#include "sensor/picture/image_io.h"
 
 namespace obscura::cli {
 

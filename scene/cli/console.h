@@ -9,7 +9,7 @@
 
 #include "octree/base/error.h"
 #include "octree/base/progress.h"
-#include "scene/progress_bar.h"
+#include "scene/page/progress_bar.h"
 
 namespace obscura::cli {
 

@@ -8,9 +8,9 @@
 #include "chords.h"
 #include "commands.h"
 #include "console.h"
-#include "octree/build.h"
-#include "octree/export.h"
-#include "octree/import.h"
+#include "octree/build/build.h"
+#include "octree/io/export.h"
+#include "octree/io/import.h"
 #include "quantities.h"
 
 namespace obscura::cli {

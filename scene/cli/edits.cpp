@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "scene/scene_json.h"
-#include "scene/scene_words.h"
+#include "scene/file/scene_json.h"
+#include "scene/file/scene_words.h"
 
 namespace obscura::cli {
 

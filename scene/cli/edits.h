@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "scene/scene_io.h"
+#include "scene/file/scene_io.h"
 
 namespace obscura::cli {
 

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <memory>
 
-#include "sensor/csv_io.h"
-#include "sensor/envi_io.h"
-#include "sensor/image_io.h"
+#include "sensor/picture/csv_io.h"
+#include "sensor/picture/envi_io.h"
+#include "sensor/picture/image_io.h"
 
 namespace obscura::cli {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "commands.h"
 #include "console.h"
-#include "sensor/image.h"
+#include "sensor/picture/image.h"
 
 namespace obscura::cli {
 

@@ -1,5 +1,5 @@
 // obscura obscuration: how well the clouds of a scene hide its objects from its sensor.
-#include "scene/obscuration.h"
+#include "scene/hiding/obscuration.h"
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
@@ -13,7 +13,7 @@
 #include "console.h"
 #include "edits.h"
 #include "quantities.h"
-#include "sensor/whole_file_io.h"
+#include "sensor/picture/whole_file_io.h"
 
 namespace obscura::cli {
 namespace {

@@ -9,8 +9,8 @@
 #include "console.h"
 #include "edits.h"
 #include "quantities.h"
-#include "scene/scene_io.h"
-#include "scene/session.h"
+#include "scene/file/scene_io.h"
+#include "scene/session/session.h"
 
 namespace obscura::cli {
 namespace {

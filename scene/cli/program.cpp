@@ -8,8 +8,8 @@
 
 #include "commands.h"
 #include "console.h"
-#include "scene/scene_schema.h"
-#include "scene/scene_words.h"
+#include "scene/file/scene_schema.h"
+#include "scene/file/scene_words.h"
 
 namespace obscura::cli {
 namespace {

@@ -10,11 +10,11 @@
 #include "edits.h"
 #include "exports.h"
 #include "quantities.h"
-#include "scene/run.h"
-#include "scene/scene_io.h"
-#include "sensor/image_io.h"
-#include "sensor/preview.h"
-#include "sensor/rays_picture.h"
+#include "scene/file/scene_io.h"
+#include "scene/run/run.h"
+#include "sensor/picture/image_io.h"
+#include "sensor/picture/preview.h"
+#include "sensor/picture/rays_picture.h"
 
 namespace obscura::cli {
 namespace {

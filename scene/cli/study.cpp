@@ -1,5 +1,5 @@
 // obscura study: what accuracy costs on this machine, for one scene, by every method.
-#include "scene/study.h"
+#include "scene/study/study.h"
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
@@ -14,7 +14,7 @@
 #include "console.h"
 #include "edits.h"
 #include "quantities.h"
-#include "sensor/whole_file_io.h"
+#include "sensor/picture/whole_file_io.h"
 
 namespace obscura::cli {
 namespace {

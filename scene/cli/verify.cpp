@@ -1,5 +1,5 @@
 // obscura verify: photon map, path tracer and discrete ordinates on the same scenes, and whether they agree.
-#include "scene/verify.h"
+#include "scene/verify/verify.h"
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
@@ -14,8 +14,8 @@
 #include "console.h"
 #include "edits.h"
 #include "quantities.h"
-#include "scene/scene_io.h"
-#include "scene/scene_words.h"
+#include "scene/file/scene_io.h"
+#include "scene/file/scene_words.h"
 
 namespace obscura::cli {
 namespace {

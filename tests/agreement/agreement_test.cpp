@@ -3,9 +3,9 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 
-#include "scene/scene_io.h"
-#include "scene/session.h"
-#include "scene/verify.h"
+#include "scene/file/scene_io.h"
+#include "scene/session/session.h"
+#include "scene/verify/verify.h"
 #include "tests/support/rough_cloud.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/support/shared_data.h"

@@ -12,11 +12,11 @@
 #include <vector>
 
 #include "octree/base/error.h"
-#include "scene/run.h"
-#include "scene/scene_io.h"
-#include "scene/scene_table_io.h"
-#include "scene/study.h"
-#include "scene/verify.h"
+#include "scene/file/scene_io.h"
+#include "scene/file/scene_table_io.h"
+#include "scene/run/run.h"
+#include "scene/study/study.h"
+#include "scene/verify/verify.h"
 
 namespace obscura {
 namespace {

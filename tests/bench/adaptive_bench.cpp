@@ -12,8 +12,8 @@
 #include <string>
 
 #include "octree/base/statistics.h"
-#include "octree/build.h"
-#include "sensor/render.h"
+#include "octree/build/build.h"
+#include "sensor/capture/render.h"
 
 using namespace obscura;
 

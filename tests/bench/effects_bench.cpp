@@ -9,12 +9,12 @@
 #include <string>
 
 #include "octree/base/low_discrepancy.h"
-#include "octree/build.h"
-#include "photon/purpose.h"
-#include "photon/radiance.h"
-#include "photon/scatter.h"
-#include "photon/trace.h"
-#include "photon/transfer.h"
+#include "octree/build/build.h"
+#include "photon/optics/purpose.h"
+#include "photon/optics/transfer.h"
+#include "photon/paths/radiance.h"
+#include "photon/trace/trace.h"
+#include "photon/world/scatter.h"
 #include "tests/bench/noise.h"
 #include "tests/support/shapes_of_surfaces.h"
 #include "tests/support/voxel_fields.h"

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "octree/base/random.h"
-#include "octree/voxels.h"
+#include "octree/source/voxels.h"
 #include "tests/bench/noise.h"
 
 namespace obscura::bench {

@@ -8,11 +8,11 @@
 #include <ctime>
 #include <functional>
 
-#include "octree/build.h"
-#include "photon/build_measure.h"
-#include "photon/direct_light.h"
-#include "photon/transfer.h"
-#include "photon/world_walk.h"
+#include "octree/build/build.h"
+#include "photon/limits/build_measure.h"
+#include "photon/optics/transfer.h"
+#include "photon/paths/direct_light.h"
+#include "photon/world/world_walk.h"
 #include "tests/bench/fields.h"
 
 using namespace obscura;

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "octree/base/random.h"
-#include "photon/density.h"
+#include "photon/map/density.h"
 
 namespace {
 

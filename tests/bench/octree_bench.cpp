@@ -16,9 +16,9 @@
 #include <map>
 #include <optional>
 
-#include "octree/batch_walk.h"
-#include "octree/build.h"
-#include "octree/walk.h"
+#include "octree/build/build.h"
+#include "octree/tree/batch_walk.h"
+#include "octree/tree/walk.h"
 #include "tests/bench/baselines.h"
 #include "tests/bench/fields.h"
 

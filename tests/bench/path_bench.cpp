@@ -9,12 +9,12 @@
 #include <memory>
 #include <vector>
 
-#include "octree/build.h"
-#include "photon/path_tracer.h"
-#include "photon/phase.h"
-#include "photon/sampling.h"
-#include "sensor/camera.h"
-#include "sensor/sampler.h"
+#include "octree/build/build.h"
+#include "photon/optics/phase.h"
+#include "photon/optics/sampling.h"
+#include "photon/paths/path_tracer.h"
+#include "sensor/capture/camera.h"
+#include "sensor/capture/sampler.h"
 #include "tests/bench/fields.h"
 
 using namespace obscura;

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "photon/face_index.h"
-#include "photon/spot.h"
-#include "photon/world.h"
-#include "sensor/camera.h"
+#include "photon/spot/spot.h"
+#include "photon/world/face_index.h"
+#include "photon/world/world.h"
+#include "sensor/capture/camera.h"
 #include "tests/support/shapes_of_surfaces.h"
 
 using namespace obscura;

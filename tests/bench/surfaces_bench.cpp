@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "octree/base/random.h"
-#include "photon/sampling.h"
-#include "photon/surfaces.h"
+#include "photon/optics/sampling.h"
+#include "photon/world/surfaces.h"
 #include "tests/support/shapes_of_surfaces.h"
 
 using namespace obscura;

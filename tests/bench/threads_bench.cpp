@@ -8,8 +8,8 @@
 #include <cstdio>
 #include <vector>
 
-#include "scene/scene_io.h"
-#include "scene/session.h"
+#include "scene/file/scene_io.h"
+#include "scene/session/session.h"
 
 using namespace obscura;
 

@@ -9,8 +9,9 @@
 #include <fstream>
 #include <thread>
 
-#include "../scene/full_scene.h"
-#include "../support/run_program.h"
+#include "tests/scene/full_scene.h"
+#include "tests/support/places.h"
+#include "tests/support/run_program.h"
 
 using obscura::test::contains;
 using obscura::test::Json;
@@ -190,7 +191,7 @@ TEST_CASE("what an option changes is checked like the scene, and the option is n
 }
 
 TEST_CASE("info shows the grids of a volume and what their octrees cost", "[doors][cli]") {
-  const std::filesystem::path file = OBSCURA_SHARED_DIR "/data/openvdb_smoke1/smoke.vdb";
+  const std::filesystem::path file = obscura::test::shared_path("data/openvdb_smoke1/smoke.vdb");
   if (!std::filesystem::exists(file)) {
     WARN("SKIPPED: " << file << " is absent");
     return;
@@ -347,11 +348,12 @@ TEST_CASE("warnings go to stderr even when quiet", "[doors][cli]") {
 TEST_CASE("Ctrl-C writes what there is, marked partial", "[doors][cli]") {
   const Folder folder("interrupt");
   const std::string scene = folder.file("scene.json"), image = folder.file("a.exr"), log = folder.file("log");
+  const std::string program = obscura::test::program_file();
   const pid_t child = fork();
   if (child == 0) {
     // Enough photons to be caught at work.
     if (std::freopen(log.c_str(), "w", stderr) && std::freopen("/dev/null", "w", stdout)) {
-      execl(OBSCURA_PROGRAM, OBSCURA_PROGRAM, "render", scene.c_str(), "-o", image.c_str(), "--photons", "2e8",
+      execl(program.c_str(), program.c_str(), "render", scene.c_str(), "-o", image.c_str(), "--photons", "2e8",
             nullptr);
     }
     _exit(127);

@@ -1,5 +1,5 @@
-// The folders are the layers: a file includes its own folder and those to its left, never to the
-// right; every header stands alone; big libraries stay behind the files that are named for them.
+// The folders are the layers, and rooms within them: a file includes its own room and those to its left, never to
+// the right; every header stands alone; big libraries stay behind the files that are named for them.
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -12,11 +12,23 @@
 #include <regex>
 #include <sstream>
 
+#include "tests/support/places.h"
+
 namespace fs = std::filesystem;
 
 namespace {
 
 constexpr std::array<const char*, 5> kLayers{"octree", "photon", "sensor", "scene", "tests"};
+
+// The rooms of each layer, in the order in which they may include each other.
+const std::map<std::string, std::vector<std::string>> kRooms{
+    {"octree", {"base", "tree", "source", "build", "io"}},
+    {"photon", {"optics", "world", "spot", "map", "trace", "paths", "ordinates", "limits"}},
+    {"sensor", {"capture", "picture", "judge", "sight"}},
+    {"scene",
+     {"file", "meshes", "world", "plan", "session", "goal", "run", "page", "verify", "hiding", "study", "cli"}},
+    {"tests", {}},
+};
 
 int layer_of(const std::string& path) {
   const std::string folder = path.substr(0, path.find('/'));
@@ -24,12 +36,21 @@ int layer_of(const std::string& path) {
   return found == kLayers.end() ? -1 : static_cast<int>(found - kLayers.begin());
 }
 
+// -1: a file that stands in none.
+int room_of(const std::string& path) {
+  const std::size_t layer = path.find('/'), room = path.find('/', layer + 1);
+  if (room == std::string::npos) return -1;
+  const std::vector<std::string>& rooms = kRooms.at(path.substr(0, layer));
+  const auto found = std::ranges::find(rooms, path.substr(layer + 1, room - layer - 1));
+  return found == rooms.end() ? -1 : static_cast<int>(found - rooms.begin());
+}
+
 // Path from the root to text, of every source and header.
 using Sources = std::map<std::string, std::string>;
 
 Sources read_sources() {
   Sources result;
-  const fs::path root = OBSCURA_SOURCE_DIR;
+  const fs::path root = obscura::test::source_file("");
   for (const char* layer : kLayers) {
     if (!fs::exists(root / layer)) continue;
     for (const auto& entry : fs::recursive_directory_iterator(root / layer)) {
@@ -66,6 +87,7 @@ std::vector<std::string> included_libraries(const std::string& text) {
 std::vector<std::string> wrong_includes(const Sources& sources) {
   std::vector<std::string> wrong;
   for (const auto& [path, text] : sources) {
+    if (layer_of(path) < 4 && room_of(path) < 0) wrong.push_back(path + ": stands in no room");
     for (const std::string& included : included_files(text)) {
       if (included.starts_with("hwy/")) continue;  // Highway's own, quoted as its manual asks
       const std::string line = path + " includes " + included;
@@ -76,6 +98,8 @@ std::vector<std::string> wrong_includes(const Sources& sources) {
         wrong.push_back(line + ": there is no such file");
       } else if (layer_of(target) > layer_of(path)) {
         wrong.push_back(line + ": to the right");
+      } else if (layer_of(target) == layer_of(path) && room_of(target) > room_of(path)) {
+        wrong.push_back(line + ": to a room on the right");
       }
     }
   }
@@ -93,7 +117,7 @@ std::vector<std::string> wrong_libraries(const Sources& sources) {
           wrong.push_back(path + " includes <" + included + ">");
         }
       };
-      behind("OpenImageIO/", path == "sensor/image_io.cpp");
+      behind("OpenImageIO/", path == "sensor/picture/image_io.cpp");
       behind("openvdb/", path.starts_with("octree/") && path.ends_with("_io.cpp"));
       behind("netcdf", path.starts_with("octree/") && path.ends_with("_io.cpp"));
       behind("CLI/", path.starts_with("scene/cli/"));
@@ -127,13 +151,18 @@ TEST_CASE("a file includes its own layer and those to its left, never to the rig
     planted[path] = text;
     return wrong_includes(planted).size() - wrong_includes(sources).size();
   };
-  CHECK(mistakes("octree/planted.h", "#include \"photon/band.h\"\n") == 1);
-  CHECK(mistakes("photon/planted.cpp", "  # include \"sensor/film.h\"\n") == 1);
+  CHECK(mistakes("octree/tree/planted.h", "#include \"photon/optics/band.h\"\n") == 1);
+  CHECK(mistakes("photon/map/planted.cpp", "  # include \"sensor/capture/film.h\"\n") == 1);
   CHECK(mistakes("scene/cli/planted.cpp", "#include \"tests/support/agree.h\"\n") == 1);
-  CHECK(mistakes("sensor/planted.cpp", "#include \"../scene/description.h\"\n") == 1);
-  CHECK(mistakes("sensor/planted.cpp", "#include \"film.h\"\n") == 0);
-  CHECK(mistakes("sensor/planted.cpp", "#include \"sensor/filn.h\"\n") == 1);
-  CHECK(mistakes("scene/planted.cpp", "#include \"octree/base/math.h\"\n#include <map>\n") == 0);
+  CHECK(mistakes("sensor/capture/planted.cpp", "#include \"../../scene/file/description.h\"\n") == 1);
+  CHECK(mistakes("sensor/capture/planted.cpp", "#include \"film.h\"\n") == 0);
+  CHECK(mistakes("sensor/capture/planted.cpp", "#include \"sensor/capture/filn.h\"\n") == 1);
+  CHECK(mistakes("scene/run/planted.cpp", "#include \"octree/base/math.h\"\n#include <map>\n") == 0);
+  CHECK(mistakes("sensor/planted.cpp", "#include <map>\n") == 1);
+  CHECK(mistakes("sensor/attic/planted.cpp", "#include <map>\n") == 1);
+  CHECK(mistakes("octree/base/planted.h", "#include \"octree/tree/octree.h\"\n") == 1);
+  CHECK(mistakes("photon/trace/planted.h", "#include \"../paths/radiance.h\"\n") == 1);
+  CHECK(mistakes("photon/paths/planted.h", "#include \"photon/trace/light.h\"\n") == 0);
 }
 
 TEST_CASE("big libraries stay behind the files that are named for them", "[doors][includes]") {
@@ -163,7 +192,7 @@ TEST_CASE("every public header compiles alone", "[doors][includes]") {
   }
   const auto compiles = [](const std::string& header) {
     const std::string command = "echo '#include \"" + header + "\"' | c++ -std=c++20 -fsyntax-only -x c++ -I'" +
-                                OBSCURA_SOURCE_DIR + "' -isystem /usr/include/Imath - > /dev/null 2>&1";
+                                obscura::test::source_file(".") + "' -isystem /usr/include/Imath - > /dev/null 2>&1";
     return std::system(command.c_str()) == 0;
   };
   std::vector<char> good(headers.size());

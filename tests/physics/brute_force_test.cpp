@@ -1,7 +1,7 @@
 // Photon map against brute force on a cloud with voids, thin beside thick, and a grazed edge.
 #include <catch2/catch.hpp>
 
-#include "sensor/render.h"
+#include "sensor/capture/render.h"
 #include "tests/support/agree.h"
 #include "tests/support/analogue.h"
 #include "tests/support/rough_cloud.h"

@@ -1,8 +1,8 @@
 // The error of a photon image tells the truth: over many seeds its interval holds the true value.
 #include <catch2/catch.hpp>
 
-#include "photon/path_tracer.h"
-#include "sensor/render.h"
+#include "photon/paths/path_tracer.h"
+#include "sensor/capture/render.h"
 #include "tests/support/distributions.h"
 #include "tests/support/worlds.h"
 

@@ -4,7 +4,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "sensor/render.h"
+#include "sensor/capture/render.h"
 #include "tests/support/worlds.h"
 
 using namespace obscura;

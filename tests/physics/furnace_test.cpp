@@ -1,7 +1,7 @@
 // The furnace: where everything has one temperature, so has the image, whatever scatters.
 #include <catch2/catch.hpp>
 
-#include "sensor/render.h"
+#include "sensor/capture/render.h"
 #include "tests/support/agree.h"
 #include "tests/support/worlds.h"
 

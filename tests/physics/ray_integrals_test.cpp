@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "octree/base/statistics.h"
-#include "octree/shapes.h"
-#include "photon/planck.h"
+#include "octree/source/shapes.h"
+#include "photon/optics/planck.h"
 #include "tests/support/csv.h"
 #include "tests/support/ray_radiance.h"
 #include "tests/support/verified.h"

@@ -3,9 +3,9 @@
 #include <catch2/catch.hpp>
 
 #include "octree/base/low_discrepancy.h"
-#include "photon/light.h"
-#include "photon/radiance.h"
-#include "photon/sampling.h"
+#include "photon/optics/sampling.h"
+#include "photon/paths/radiance.h"
+#include "photon/trace/light.h"
 #include "tests/support/reference_rules.h"
 #include "tests/support/reference_worlds.h"
 

@@ -1,7 +1,7 @@
 // The reference tables by discrete ordinates, each number with the error that the method states itself.
 #include <catch2/catch.hpp>
 
-#include "photon/ordinates_referee.h"
+#include "photon/ordinates/ordinates_referee.h"
 #include "tests/support/reference_rules.h"
 #include "tests/support/reference_worlds.h"
 #include "tests/support/shapes_of_surfaces.h"

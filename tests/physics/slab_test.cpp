@@ -4,6 +4,7 @@
 
 #include "tests/support/agree.h"
 #include "tests/support/csv.h"
+#include "tests/support/places.h"
 #include "tests/support/worlds.h"
 
 using namespace obscura;
@@ -69,7 +70,7 @@ AgreeOptions options(double resolution, double comparisons) {
 }  // namespace
 
 TEST_CASE("a slab's reflection, transmission and emission are those of the tables", "[physics][slab]") {
-  const Csv csv(OBSCURA_TEST_DATA_DIR "/slab_fluxes.csv");
+  const Csv csv(test::data_file("slab_fluxes.csv"));
   REQUIRE(csv.size() >= 8);
   for (std::size_t row = 0; row < csv.size(); ++row) {
     const auto number = [&](const char* column) { return csv.number(row, column); };

@@ -1,8 +1,8 @@
 // Light between surfaces and clouds against exact answers: the furnace, view factors, lit planes, mirrors.
 #include <catch2/catch.hpp>
 
-#include "photon/sampling.h"
-#include "sensor/render.h"
+#include "photon/optics/sampling.h"
+#include "sensor/capture/render.h"
 #include "tests/support/agree.h"
 #include "tests/support/shapes_of_surfaces.h"
 #include "tests/support/worlds.h"

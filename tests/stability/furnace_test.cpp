@@ -2,7 +2,7 @@
 // most hard cases at once, for every estimator of radiance, fluence and flux.
 #include <catch2/catch.hpp>
 
-#include "photon/ordinates.h"
+#include "photon/ordinates/ordinates.h"
 #include "tests/support/agree.h"
 #include "tests/support/estimators.h"
 

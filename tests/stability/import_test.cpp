@@ -1,5 +1,5 @@
 // Voxels that no cloud can have: every importer refuses them by grid and voxel, whatever the file's kind.
-#include "octree/import.h"
+#include "octree/io/import.h"
 
 #include <nanovdb/util/GridBuilder.h>
 #include <nanovdb/util/IO.h>
@@ -11,7 +11,7 @@
 #include <limits>
 
 #include "octree/base/error.h"
-#include "octree/build.h"
+#include "octree/build/build.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/support/voxel_fields.h"
 

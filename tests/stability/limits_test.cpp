@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 
 #include "octree/base/error.h"
-#include "photon/ordinates.h"
-#include "photon/planck.h"
+#include "photon/optics/planck.h"
+#include "photon/ordinates/ordinates.h"
 #include "tests/support/agree.h"
 #include "tests/support/estimators.h"
 

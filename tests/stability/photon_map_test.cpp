@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "octree/base/random.h"
-#include "photon/density.h"
+#include "photon/map/density.h"
 
 using namespace obscura;
 

@@ -1,11 +1,11 @@
 // Hard cases of surfaces, each with its right answer: broken and coincident triangles, faces in voxel faces,
 // cameras on surfaces, touching bodies, sizes from a micrometre to ten thousand kilometres.
-#include "photon/surfaces.h"
+#include "photon/world/surfaces.h"
 
 #include <catch2/catch.hpp>
 
-#include "photon/sampling.h"
-#include "sensor/render.h"
+#include "photon/optics/sampling.h"
+#include "sensor/capture/render.h"
 #include "tests/support/agree.h"
 #include "tests/support/shapes_of_surfaces.h"
 #include "tests/support/worlds.h"

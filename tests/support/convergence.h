@@ -5,8 +5,8 @@
 #include <functional>
 
 #include "octree/base/statistics.h"
-#include "photon/density.h"
-#include "photon/path_tracer.h"
+#include "photon/map/density.h"
+#include "photon/paths/path_tracer.h"
 #include "tests/support/slab_ordinates.h"
 #include "tests/support/slopes.h"
 #include "tests/support/worlds.h"

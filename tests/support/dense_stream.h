@@ -5,7 +5,7 @@
 #include <mutex>
 #include <vector>
 
-#include "octree/voxels.h"
+#include "octree/source/voxels.h"
 
 namespace obscura::test {
 

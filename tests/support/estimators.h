@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "photon/fluence.h"
-#include "photon/path_tracer.h"
+#include "photon/paths/fluence.h"
+#include "photon/paths/path_tracer.h"
 #include "tests/support/worlds.h"
 
 namespace obscura::test {

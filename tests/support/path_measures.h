@@ -7,8 +7,8 @@
 
 #include "octree/base/low_discrepancy.h"
 #include "octree/base/statistics.h"
-#include "photon/path_tracer.h"
-#include "photon/sampling.h"
+#include "photon/optics/sampling.h"
+#include "photon/paths/path_tracer.h"
 
 namespace obscura::test {
 

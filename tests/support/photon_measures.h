@@ -7,9 +7,9 @@
 
 #include "octree/base/random.h"
 #include "octree/base/statistics.h"
-#include "photon/emission.h"
-#include "photon/scatter.h"
-#include "photon/trace.h"
+#include "photon/trace/emission.h"
+#include "photon/trace/trace.h"
+#include "photon/world/scatter.h"
 
 namespace obscura::test {
 

@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "octree/build.h"
-#include "octree/walk.h"
-#include "photon/transfer.h"
+#include "octree/build/build.h"
+#include "octree/tree/walk.h"
+#include "photon/optics/transfer.h"
 #include "tests/support/voxel_fields.h"
 
 namespace obscura::test {

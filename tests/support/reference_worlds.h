@@ -5,9 +5,9 @@
 #include <memory>
 #include <vector>
 
-#include "octree/build.h"
-#include "octree/shapes.h"
-#include "photon/world.h"
+#include "octree/build/build.h"
+#include "octree/source/shapes.h"
+#include "photon/world/world.h"
 #include "tests/support/verified.h"
 #include "tests/support/voxel_fields.h"
 

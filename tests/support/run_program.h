@@ -11,6 +11,8 @@
 #include <sstream>
 #include <string>
 
+#include "tests/support/places.h"
+
 namespace obscura::test {
 
 struct Said {
@@ -22,7 +24,7 @@ struct Said {
 inline Said run_program(const std::string& arguments) {
   const auto base = std::filesystem::temp_directory_path() / ("obscura_said_" + std::to_string(getpid()));
   const std::string out = base.string() + ".out", err = base.string() + ".err";
-  const std::string command = "'" OBSCURA_PROGRAM "' " + arguments + " >'" + out + "' 2>'" + err + "' </dev/null";
+  const std::string command = "'" + program_file() + "' " + arguments + " >'" + out + "' 2>'" + err + "' </dev/null";
   const int status = std::system(command.c_str());
   const auto read = [](const std::string& file) {
     std::ostringstream text;

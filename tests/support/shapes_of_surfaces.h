@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "photon/world.h"
+#include "photon/world/world.h"
 
 namespace obscura::test {
 

@@ -5,11 +5,13 @@
 #include <filesystem>
 #include <string>
 
+#include "tests/support/places.h"
+
 namespace obscura::test {
 
 /// The path of a file below ../shared, or an empty path with a loud warning.
 inline std::filesystem::path shared_file(const std::string& name) {
-  const std::filesystem::path path = std::filesystem::path(OBSCURA_SHARED_DIR) / name;
+  const std::filesystem::path path = shared_path(name);
   if (std::filesystem::exists(path)) return path;
   WARN("SKIPPED: " << path.string() << " is absent");
   return {};

@@ -1,7 +1,7 @@
 // Settings of discrete ordinates for layers that repeat.
 #pragma once
 
-#include "photon/ordinates.h"
+#include "photon/ordinates/ordinates.h"
 #include "tests/support/slabs.h"
 
 namespace obscura::test {

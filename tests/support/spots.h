@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "photon/spot.h"
-#include "photon/world.h"
+#include "photon/spot/spot.h"
+#include "photon/world/world.h"
 
 namespace obscura::test {
 

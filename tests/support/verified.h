@@ -11,13 +11,12 @@
 #include "octree/base/statistics.h"
 #include "tests/support/agree.h"
 #include "tests/support/csv.h"
+#include "tests/support/places.h"
 
 namespace obscura::test {
 
 /// A table of tests/data/reference.
-inline Csv reference_table(const std::string& file) {
-  return Csv(std::string(OBSCURA_TEST_DATA_DIR "/reference/") + file);
-}
+inline Csv reference_table(const std::string& file) { return Csv(data_file("reference/" + file)); }
 
 class Verified {
  public:

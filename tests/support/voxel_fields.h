@@ -11,7 +11,7 @@
 
 #include "octree/base/math.h"
 #include "octree/base/random.h"
-#include "octree/voxels.h"
+#include "octree/source/voxels.h"
 
 namespace obscura::test {
 

@@ -5,10 +5,10 @@
 #include <memory>
 
 #include "octree/base/statistics.h"
-#include "octree/build.h"
-#include "photon/light.h"
-#include "photon/radiance.h"
-#include "photon/world.h"
+#include "octree/build/build.h"
+#include "photon/paths/radiance.h"
+#include "photon/trace/light.h"
+#include "photon/world/world.h"
 #include "tests/support/rough_cloud.h"
 #include "tests/support/voxel_fields.h"
 

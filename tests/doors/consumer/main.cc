@@ -2,10 +2,10 @@
 #include <cmath>
 #include <cstdio>
 
-#include <octree/build.h>
-#include <octree/shapes.h>
-#include <photon/light.h>
-#include <photon/radiance.h>
+#include <octree/build/build.h>
+#include <octree/source/shapes.h>
+#include <photon/trace/light.h>
+#include <photon/paths/radiance.h>
 
 int main() {
   using namespace obscura;

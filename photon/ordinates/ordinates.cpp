@@ -1,0 +1,132 @@
+#include "photon/ordinates/ordinates.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "octree/base/error.h"
+#include "photon/ordinates/ordinates_data.h"
+#include "photon/ordinates/ordinates_solver.h"
+
+namespace obscura {
+namespace {
+
+using detail::OrdinatesSolver;
+
+void refuse_what_is_not_solved(const World& world) {
+  if (!world.spheres().empty()) {
+    throw NumericalError("ordinates", "hot spheres and particles are not solved by discrete ordinates",
+                         "use the path tracer");
+  }
+}
+
+/// Cells thicker than this along every axis are lumped.
+constexpr double kLumpedDepth = 2;
+
+/// Fluence and moments that are linear in a cell have no negative corner: the mean stays.
+bool flatten(double* moments, std::size_t stride) noexcept {
+  double mean = 0, least = kInfinity;
+  for (std::size_t c = 0; c < 8; ++c) {
+    mean += moments[c * stride] / 8;
+    least = std::min(least, moments[c * stride]);
+  }
+  if (least >= 0) return false;
+  const double keep = mean > 0 ? mean / (mean - least) : 0.0;
+  mean = std::max(mean, 0.0);
+  for (std::size_t c = 0; c < 8; ++c) moments[c * stride] = std::max(0.0, mean + keep * (moments[c * stride] - mean));
+  return true;
+}
+
+}  // namespace
+
+OrdinatesSolution::Data::Data(const World& world_of, int interval_of, const OrdinatesSettings& settings)
+    : world(&world_of),
+      interval(interval_of),
+      grid(world_of, interval_of, settings.cells, settings.box),
+      surfaces(world_of, interval_of, grid),
+      set(settings.quadrature, settings.order),
+      degree(grid.phase_degree(std::clamp(settings.degree.value_or(set.moment_order()), 0, set.moment_order()))),
+      gather(std::max(1, settings.gather)),
+      angles(set, degree, grid.cell_m(), {grid.uniform(0), grid.uniform(1), grid.uniform(2)}) {
+  const auto degrees = static_cast<std::size_t>(degree) + 1;
+  const double air = world->air_extinction(interval);
+  forward.resize(grid.size());
+  extinction.resize(grid.size());
+  scatter.resize(grid.size() * degrees);
+  lumped.resize(grid.size());
+  double thinnest = kInfinity;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!grid.uniform(axis)) thinnest = std::min(thinnest, grid.cell_m()[axis]);
+  }
+  std::vector<double> chi(degrees + 1);
+  for (std::size_t cell = 0; cell < grid.size(); ++cell) {
+    // Delta-M (Wiscombe, J. Atmos. Sci. 34, 1977): the first moment left out is the share that goes straight on.
+    grid.scattering_moments(cell, chi);
+    const double share = chi[0] > 0 ? std::max(0.0, chi[degrees] / chi[0]) : 0.0;
+    forward[cell] = share;
+    extinction[cell] = grid.extinction[cell] - share * grid.scattering[cell] + air;
+    lumped[cell] = extinction[cell] * thinnest > kLumpedDepth;
+    for (std::size_t l = 0; l < degrees; ++l) scatter[cell * degrees + l] = chi[l] - share * chi[0];
+  }
+}
+
+double OrdinatesSolution::Data::depth(const Ray& ray) const {
+  double sum = 0;
+  march(*world, interval, grid, ray,
+        [&](double begin, double end, const LocalOptics& optics, std::optional<std::size_t> cell, const CellCursor&) {
+          sum += (end - begin) * reduced(optics, cell);
+          return sum < 750;
+        });
+  return sum;
+}
+
+double OrdinatesSolution::Data::reflected_far(const SurfacePoint& at) const {
+  if (!at.reflects()) return 0;
+  double sum = at.reflectance(at.cosine) * world->sky(interval);
+  for (const Sun& sun : world->suns()) {
+    const double cosine = sun.toward.dot(at.normal);
+    const Ray shadow{at.position, sun.toward, world->surfaces().clearance(), kInfinity};
+    Stream stream(0, 0, 0);
+    if (!(cosine > 0) || world->blocked(shadow, at.id, stream)) continue;
+    sum += at.material->diffuse(cosine, at.cosine) * cosine * sun.irradiance[static_cast<std::size_t>(interval)] *
+           std::exp(-depth(shadow));
+  }
+  return sum;
+}
+
+OrdinatesSolution solve_ordinates(const World& world, int interval, const OrdinatesSettings& settings,
+                                  const Progress& progress) {
+  refuse_what_is_not_solved(world);
+  auto data = std::make_shared<OrdinatesSolution::Data>(world, interval, settings);
+  OrdinatesSolver solver(*data, settings);
+  solver.solve(progress);
+  // Positive everywhere, for what is sampled between the corners.
+  for (std::size_t cell = 0; cell < data->grid.size(); ++cell) {
+    data->flattened += flatten(&data->moments[8 * cell * data->moment_count()], data->moment_count());
+  }
+  return OrdinatesSolution(std::move(data));
+}
+
+const OrdinatesGrid& OrdinatesSolution::grid() const noexcept { return data_->grid; }
+const OrdinateSet& OrdinatesSolution::ordinates() const noexcept { return data_->set; }
+int OrdinatesSolution::iterations() const noexcept { return data_->iterations; }
+double OrdinatesSolution::error() const noexcept { return data_->error; }
+const OrdinatesPowers& OrdinatesSolution::powers() const noexcept { return data_->powers; }
+std::size_t OrdinatesSolution::flattened() const noexcept { return data_->flattened; }
+
+std::span<const double> OrdinatesSolution::leaving(int axis, int side) const noexcept {
+  return data_->leaving[static_cast<std::size_t>(axis)][static_cast<std::size_t>(side)];
+}
+
+double OrdinatesSolution::fluence(std::size_t cell) const noexcept {
+  double sum = 0;
+  const std::size_t stride = data_->moment_count();
+  for (std::size_t c = 0; c < 8; ++c) sum += data_->moments[(8 * cell + c) * stride];
+  return std::sqrt(4 * kPi) * sum / 8 + data_->uncollided[cell];
+}
+
+Vec3d OrdinatesSolution::flux(std::size_t cell) const noexcept {
+  const double* const f = &data_->flux[3 * cell];
+  return {f[0], f[1], f[2]};
+}
+
+}  // namespace obscura

@@ -1,0 +1,88 @@
+#include "photon/ordinates/ordinates_referee.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace obscura {
+namespace {
+
+/// Of the error that order N is never trusted below: this over N^2.
+constexpr double kLeastOfOrder = 0.02;
+
+}  // namespace
+
+OrdinatesReferee::OrdinatesReferee(const World& world, int interval, const OrdinatesSettings& settings,
+                                   const Progress& progress)
+    : tolerance_(settings.tolerance) {
+  solutions_.push_back(solve_ordinates(world, interval, settings, progress));
+  OrdinatesSettings coarse = settings;
+  for (int axis = 0; axis < 3; ++axis) coarse.cells[axis] = std::max(1, (finest().grid().cells()[axis] + 1) / 2);
+  coarse.gather = std::max(1, settings.gather / 2);
+  solutions_.push_back(solve_ordinates(world, interval, coarse, progress));
+  coarse.order = std::max(2, settings.order / 4 * 2);
+  solutions_.push_back(solve_ordinates(world, interval, coarse, progress));
+}
+
+OrdinatesEstimate OrdinatesReferee::combine(double fine, double coarse, double low, double share) const noexcept {
+  // Second order in the cells: a third of the difference is left, and taken off. Orders converge faster than
+  // that where light is smooth and slower where it is not: their difference is only counted.
+  const double space = (fine - coarse) / 3, angle = (coarse - low) * 2 / 3;
+  // Where two orders happen to agree, what is typical of smooth light remains.
+  const double order = finest().ordinates().order();
+  const double least = tolerance_ + kLeastOfOrder * share / (order * order);
+  return {fine + space, std::hypot(space, angle, least * fine)};
+}
+
+OrdinatesEstimate OrdinatesReferee::fluence_at(const Vec3d& point) const {
+  const OrdinatesEstimate fine = solutions_[0].fluence_at(point), coarse = solutions_[1].fluence_at(point),
+                          low = solutions_[2].fluence_at(point);
+  OrdinatesEstimate result = combine(fine.value, coarse.value, low.value);
+  result.error = std::hypot(result.error, fine.error);
+  return result;
+}
+
+OrdinatesEstimate OrdinatesReferee::left(int axis, int side) const noexcept {
+  const auto of = [&](std::size_t n) {
+    return solutions_[n].powers().left[static_cast<std::size_t>(axis)][static_cast<std::size_t>(side)];
+  };
+  return combine(of(0), of(1), of(2));
+}
+
+OrdinatesEstimate OrdinatesReferee::absorbed() const noexcept {
+  const auto of = [&](std::size_t n) {
+    return solutions_[n].powers().absorbed + solutions_[n].powers().first_absorbed;
+  };
+  return combine(of(0), of(1), of(2));
+}
+
+void OrdinatesReferee::radiance(std::span<const Ray> rays, std::span<OrdinatesEstimate> estimates,
+                                std::span<Incoming> incoming) const {
+  std::vector<Incoming> in[3];
+  for (std::size_t n = 0; n < 3; ++n) {
+    in[n].resize(rays.size());
+    solutions_[n].radiance(rays, in[n]);
+  }
+  double brightest = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    estimates[i] = combine(in[0][i].direct, in[1][i].direct, in[2][i].direct, 1 - in[0][i].transmission);
+    estimates[i].value = std::max(estimates[i].value, 0.0);
+    brightest = std::max(brightest, std::abs(estimates[i].value));
+    if (i < incoming.size()) incoming[i] = in[0][i];
+  }
+  double squares = 0;
+  std::size_t counted = 0;
+  const auto scale = [&](const OrdinatesEstimate& e) { return std::max(std::abs(e.value), 0.05 * brightest); };
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    // Rays that meet nothing are exact and typical of nothing.
+    if (!(estimates[i].error > tolerance_ * scale(estimates[i]))) continue;
+    squares += estimates[i].error * estimates[i].error / (scale(estimates[i]) * scale(estimates[i]));
+    ++counted;
+  }
+  const double typical = counted > 0 ? std::sqrt(squares / static_cast<double>(counted)) : 0.0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const double share = 1 - in[0][i].transmission;
+    estimates[i].error = std::hypot(estimates[i].error, typical * share * scale(estimates[i]));
+  }
+}
+
+}  // namespace obscura

@@ -1,0 +1,58 @@
+#include "photon/paths/sunlight.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "octree/base/random.h"
+#include "photon/optics/purpose.h"
+
+namespace obscura {
+namespace {
+
+double irradiance(const World& world, int interval) noexcept {
+  double sum = 0;
+  for (const Sun& sun : world.suns()) sum += sun.irradiance[static_cast<std::size_t>(interval)];
+  return sum;
+}
+
+}  // namespace
+
+void sunlit_shares(const World& world, std::uint64_t seed, std::span<const Ray> rays,
+                   std::span<const std::uint64_t> histories, std::span<float> shares) {
+  std::fill(shares.begin(), shares.end(), 0.0f);
+  int brightest = 0;
+  for (int i = 1; i < world.interval_count(); ++i) {
+    if (irradiance(world, i) > irradiance(world, brightest)) brightest = i;
+  }
+  const double all = irradiance(world, brightest);
+  if (!(all > 0)) return;
+
+  struct Shadow {
+    std::size_t ray;
+    double share;
+  };
+  std::vector<Ray> toward;
+  std::vector<Shadow> shadows;
+  for (std::size_t r = 0; r < rays.size(); ++r) {
+    Stream stream(seed, histories[r], purpose_id(Purpose::sunlight));
+    const SurfaceHit hit = world.meet(rays[r], {}, stream);
+    if (!hit.exists()) continue;
+    const SurfacePoint at = world.surface_at(brightest, rays[r], hit);
+    if (!at.reflects()) continue;
+    for (const Sun& sun : world.suns()) {
+      if (!(sun.toward.dot(at.normal) > 0)) continue;
+      const Ray ray{at.position, sun.toward, world.surfaces().clearance(), kInfinity};
+      if (world.blocked(ray, hit.id, stream)) continue;
+      toward.push_back(ray);
+      shadows.push_back({r, sun.irradiance[static_cast<std::size_t>(brightest)] / all});
+    }
+  }
+  std::vector<double> depths(toward.size());
+  world.optical_depths(brightest, toward, depths);
+  for (std::size_t i = 0; i < toward.size(); ++i) {
+    shares[shadows[i].ray] += static_cast<float>(shadows[i].share * std::exp(-depths[i]));
+  }
+}
+
+}  // namespace obscura

@@ -1,0 +1,46 @@
+// The plan: which effects run and with what settings, as a value. An effect is off because it is absent, because a
+// bound says that it hardly shows, or because the user says so.
+#pragma once
+
+#include "photon/limits/media_summary.h"
+#include "photon/trace/trace.h"
+#include "scene/file/description.h"
+#include "scene/plan/plan_row.h"
+#include "scene/world/reduce.h"
+#include "sensor/capture/render.h"
+
+namespace obscura {
+
+/// The method that will reach the same error sooner, and what the scene's settings will cost by either.
+struct MethodChoice {
+  MethodKind cheaper = MethodKind::photon;
+  std::string reason;
+  double photon_s = 0;  ///< seconds of one core
+  double path_s = 0;
+};
+
+struct Plan {
+  std::vector<PlanRow> effects;  ///< named as in the report
+  CameraSettings camera;
+  SamplerSettings sampling;
+  TraceSettings trace;
+  RadianceSettings radiance;
+  /// Passes over the image, each with random numbers of its own: more samples than one pass can hold.
+  int passes = 1;
+  bool maps = true;  ///< photon maps are made
+  Cuts cuts;         ///< what the World does not hold
+  BudgetReport budget;
+  MethodChoice method;
+  std::vector<std::string> warnings;
+};
+
+CameraSettings camera_of(const SensorDescription& sensor);
+
+/// The error that a plan may spend where the scene names no target (SCENE.md, "Program").
+inline constexpr double kDefaultBudget = 1e-3;
+
+/// A pure function of the description, as it was written, what its whole World can do at most, and the image error that
+/// is allowed.
+Plan make_plan(const Description& scene, const MediaSummary& summary, double budget);
+
+}  // namespace obscura

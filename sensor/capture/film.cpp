@@ -1,0 +1,345 @@
+#include "sensor/capture/film.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+namespace obscura {
+namespace {
+
+bool finite(const RaySample& ray) noexcept {
+  if (std::isnan(ray.depth_m)) return false;
+  for (const BandSample& band : ray.bands) {
+    double sum = band.direct + band.bias + band.variance + band.transmission + band.transmission_atmosphere;
+    for (const double value : band.map) sum += value;
+    if (!std::isfinite(sum)) return false;
+  }
+  return true;
+}
+
+// The variance of the mean of the batches, from their scatter.
+double variance_of_mean(const std::array<double, kBatches>& batch, double mean) noexcept {
+  double sum = 0;
+  for (const double value : batch) sum += (value - mean) * (value - mean);
+  return sum / (kBatches * (kBatches - 1.0));
+}
+
+double mean_of(const std::array<double, kBatches>& batch) noexcept {
+  double sum = 0;
+  for (const double value : batch) sum += value;
+  return sum / kBatches;
+}
+
+// What does not fit a float32 is cut and counted.
+float to_float(double value, std::uint64_t& anomalies) noexcept {
+  constexpr double largest = std::numeric_limits<float>::max();
+  if (std::isfinite(value) && std::abs(value) <= largest) return static_cast<float>(value);
+  ++anomalies;
+  return std::isnan(value) ? 0.0f : static_cast<float>(std::copysign(largest, value));
+}
+
+int common_channel(int bands, int which) noexcept { return Film::kBandValues * bands + which; }
+constexpr int kDepth = 0, kObject = 1, kRays = 2, kCriterion = 3, kCommonChannels = 4;
+
+}  // namespace
+
+void PixelSum::reset() noexcept {
+  std::fill(bands_.begin(), bands_.end(), Sums{});
+  weight_ = weight2_ = last_weight_ = middle_weight2_ = 0;
+  rays_ = 0;
+  anomalies_ = 0;
+  depth_m_ = kInfinity;
+}
+
+void PixelSum::add(const RaySample& ray, double weight) noexcept {
+  assert(ray.bands.size() == bands_.size() && weight > 0);
+  if (!finite(ray)) {
+    ++anomalies_;
+    return;
+  }
+  ++rays_;
+  depth_m_ = std::min(depth_m_, ray.depth_m);
+  weight_ += weight;
+  weight2_ += weight * weight;
+  const double middle2 = rays_ > 2 ? last_weight_ * last_weight_ : 0.0;
+  middle_weight2_ += middle2;
+  last_weight_ = weight;
+  for (std::size_t b = 0; b < bands_.size(); ++b) {
+    const BandSample& sample = ray.bands[b];
+    Sums& sums = bands_[b];
+    const double map = mean_of(sample.map);
+    const double radiance = sample.direct + map;
+    if (rays_ == 2) sums.step2 = (radiance - sums.last) * (radiance - sums.last);
+    if (rays_ > 2) {
+      const double bend = radiance - 2 * sums.last + sums.before_last;
+      sums.bends2 += middle2 * bend * bend;
+    }
+    sums.before_last = sums.last;
+    sums.last = radiance;
+    sums.radiance += (radiance - sums.radiance) * (weight / weight_);
+    sums.ray_noise += weight * variance_of_mean(sample.map, map);
+    sums.bias += weight * sample.bias;
+    sums.variance += weight * sample.variance;
+    sums.transmission += weight * sample.transmission;
+    sums.transmission_atmosphere += weight * sample.transmission_atmosphere;
+    sums.direct += weight * sample.direct;
+    for (std::size_t k = 0; k < kBatches; ++k) sums.map[k] += weight * sample.map[k];
+  }
+}
+
+PixelBand PixelSum::band(int index) const noexcept {
+  PixelBand result;
+  if (rays_ == 0) return result;
+  const Sums& sums = bands_[static_cast<std::size_t>(index)];
+  result.radiance = sums.radiance;
+  result.bias = sums.bias / weight_;
+  result.transmission = sums.transmission / weight_;
+  result.transmission_atmosphere = sums.transmission_atmosphere / weight_;
+
+  // Batches are replicas of the map: their scatter holds all of its noise, shared by the rays or not.
+  std::array<double, kBatches> map;
+  for (std::size_t k = 0; k < kBatches; ++k) {
+    map[k] = sums.map[k] / weight_;
+    result.batch[k] = sums.direct / weight_ + map[k];
+  }
+  const double batch_variance = variance_of_mean(map, mean_of(map));
+
+  // Rays are stratified and successive ones are neighbours: a slope of the picture is no noise, and second
+  // differences do not see it (of independent values they have six times the variance).
+  // Rays scatter by what they see and by the map's noise that they do not share; the latter is in
+  // the batches already and comes off (METHODS.md).
+  if (rays_ == 1) result.ray_variance = std::max(0.0, sums.variance / weight_ - batch_variance) + sums.spread;
+  if (rays_ > 1) {
+    const double share2 = weight2_ / (weight_ * weight_);  // 1/n where all weigh the same
+    const double scatter = (rays_ == 2 ? sums.step2 / 2 : sums.bends2 / (6 * middle_weight2_)) * share2;
+    const double counted = std::max(0.0, (sums.ray_noise / weight_ - batch_variance) * share2 / (1 - share2));
+    result.ray_variance = std::max(0.0, scatter - counted);
+  }
+  result.variance = batch_variance + result.ray_variance;
+  return result;
+}
+
+void FilmTile::put(int x, int y, const PixelSum& pixel, std::uint32_t object_id, Criterion criterion) {
+  assert(x >= x_begin() && x < x_end() && y >= y_begin() && y < y_end());
+  const auto plane = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
+  const auto place = static_cast<std::size_t>((y - y_) * columns_ + (x - x_));
+  const int bands = static_cast<int>(totals_.size());
+  const auto set = [&](int channel, float value) {
+    values_[static_cast<std::size_t>(channel) * plane + place] = value;
+  };
+
+  anomalies_ += pixel.anomalies();
+  for (int b = 0; b < bands; ++b) {
+    const PixelBand band = pixel.band(b);
+    const double values[] = {band.radiance, std::sqrt(band.variance), band.bias, band.transmission,
+                             band.transmission_atmosphere};
+    for (int v = 0; v < Film::kBandValues; ++v) {
+      set(Film::kBandValues * b + v, to_float(values[v], anomalies_));
+    }
+    Totals& totals = totals_[static_cast<std::size_t>(b)];
+    totals.ray_variance += band.ray_variance;
+    for (std::size_t k = 0; k < kBatches; ++k) totals.batch[k] += band.batch[k];
+  }
+  const double depth = pixel.depth_m();
+  set(common_channel(bands, kDepth),
+      std::isinf(depth) && depth > 0 ? std::numeric_limits<float>::infinity() : to_float(depth, anomalies_));
+  set(common_channel(bands, kObject), static_cast<float>(object_id));
+  set(common_channel(bands, kRays), static_cast<float>(pixel.rays()));
+  set(common_channel(bands, kCriterion), static_cast<float>(criterion));
+  rays_ += pixel.rays();
+  ++done_;
+}
+
+Film::Film(const FilmSettings& settings)
+    : settings_(settings),
+      tile_columns_((settings.resolution[0] + kTileSide - 1) / kTileSide),
+      tile_rows_((settings.resolution[1] + kTileSide - 1) / kTileSide) {
+  assert(columns() >= 1 && rows() >= 1 && bands() >= 1);
+  values_.resize(static_cast<std::size_t>(common_channel(bands(), kCommonChannels)) * pixel_count());
+  std::ranges::fill(plane(common_channel(bands(), kDepth)), std::numeric_limits<float>::infinity());
+  tiles_.resize(static_cast<std::size_t>(tile_count()));
+  totals_.resize(tiles_.size() * static_cast<std::size_t>(bands()));
+}
+
+std::span<float> Film::plane(int channel) noexcept {
+  return {values_.data() + static_cast<std::size_t>(channel) * pixel_count(), pixel_count()};
+}
+
+std::span<const float> Film::plane(int channel) const noexcept {
+  return {values_.data() + static_cast<std::size_t>(channel) * pixel_count(), pixel_count()};
+}
+
+std::array<int, 4> Film::tile_box(int index) const noexcept {
+  const int x = index % tile_columns_ * kTileSide;
+  const int y = index / tile_columns_ * kTileSide;
+  return {x, y, std::min(kTileSide, columns() - x), std::min(kTileSide, rows() - y)};
+}
+
+FilmTile Film::tile(int index) const {
+  assert(index >= 0 && index < tile_count());
+  FilmTile tile;
+  tile.index_ = index;
+  const auto [x, y, tile_width, tile_height] = tile_box(index);
+  tile.x_ = x;
+  tile.y_ = y;
+  tile.columns_ = tile_width;
+  tile.rows_ = tile_height;
+  tile.values_.resize(static_cast<std::size_t>(common_channel(bands(), kCommonChannels)) *
+                      static_cast<std::size_t>(tile_width * tile_height));
+  tile.totals_.resize(static_cast<std::size_t>(bands()));
+  return tile;
+}
+
+void Film::put(FilmTile&& tile) {
+  const int area = tile.columns_ * tile.rows_;
+  assert(tile.done_ == area);
+  TileState& state = tiles_[static_cast<std::size_t>(tile.index_)];
+  state = {1, area, tile.rays_, tile.anomalies_};
+  std::ranges::copy(tile.totals_, totals_.begin() + static_cast<std::ptrdiff_t>(tile.index_) * bands());
+
+  auto source = tile.values_.cbegin();
+  for (int channel = 0; channel < common_channel(bands(), kCommonChannels); ++channel) {
+    const std::span<float> to = plane(channel);
+    for (int y = tile.y_begin(); y < tile.y_end(); ++y, source += tile.columns_) {
+      std::copy_n(source, tile.columns_, to.begin() + static_cast<std::ptrdiff_t>(y) * columns() + tile.x_begin());
+    }
+  }
+}
+
+void Film::pool_errors() {
+  std::vector<float> pooled(pixel_count());
+  for (int b = 0; b < bands(); ++b) {
+    const std::span<const float> transmission = values(b, Value::transmission);
+    const auto cloudy = [&](int x, int y) {
+      return x >= 0 && x < columns() && y >= 0 && y < rows() && passes(x, y) > 0 &&
+             transmission[static_cast<std::size_t>(y * columns() + x)] < 1;
+    };
+    for (const Value which : {Value::error, Value::bias}) {
+      const std::span<float> own = plane(kBandValues * b + static_cast<int>(which));
+      const bool squares = which == Value::error;
+      for (int y = 0; y < rows(); ++y) {
+        for (int x = 0; x < columns(); ++x) {
+          const auto place = static_cast<std::size_t>(y * columns() + x);
+          pooled[place] = own[place];
+          if (!cloudy(x, y)) continue;
+          double sum = 0, weights = 0;
+          for (int v = y - 1; v <= y + 1; ++v) {
+            for (int u = x - 1; u <= x + 1; ++u) {
+              if (!cloudy(u, v)) continue;
+              const double value = own[static_cast<std::size_t>(v * columns() + u)];
+              const double weight = (u == x ? 2.0 : 1.0) * (v == y ? 2.0 : 1.0);
+              sum += weight * (squares ? value * value : value);
+              weights += weight;
+            }
+          }
+          pooled[place] = static_cast<float>(squares ? std::sqrt(sum / weights) : sum / weights);
+        }
+      }
+      std::ranges::copy(pooled, own.begin());
+    }
+  }
+}
+
+void Film::merge(const Film& other) {
+  assert(other.settings_.resolution == settings_.resolution && other.bands() == bands());
+  const int object = common_channel(bands(), kObject), criterion = common_channel(bands(), kCriterion);
+  for (int t = 0; t < tile_count(); ++t) {
+    TileState& state = tiles_[static_cast<std::size_t>(t)];
+    const TileState& theirs = other.tiles_[static_cast<std::size_t>(t)];
+    if (theirs.passes == 0) continue;
+    const double share = static_cast<double>(theirs.passes) / (state.passes + theirs.passes);
+    const double own = 1 - share;
+
+    const auto [x, y, tile_width, tile_height] = tile_box(t);
+    for (int channel = 0; channel < common_channel(bands(), kCommonChannels); ++channel) {
+      if ((channel == object || channel == criterion) && state.passes > 0) continue;
+      const std::span<float> to = plane(channel);
+      const std::span<const float> from = other.plane(channel);
+      const bool error = channel < object - kObject && channel % kBandValues == static_cast<int>(Value::error);
+      for (int row = y; row < y + tile_height; ++row) {
+        for (int column = x; column < x + tile_width; ++column) {
+          const auto place =
+              static_cast<std::size_t>(row) * static_cast<std::size_t>(columns()) + static_cast<std::size_t>(column);
+          const double a = to[place], b = from[place];
+          if (channel == object || channel == criterion) {
+            to[place] = from[place];
+          } else if (channel == common_channel(bands(), kDepth)) {
+            to[place] = std::min(to[place], from[place]);
+          } else if (channel == common_channel(bands(), kRays)) {
+            to[place] += from[place];
+          } else {
+            to[place] = static_cast<float>(error ? std::hypot(own * a, share * b) : own * a + share * b);
+          }
+        }
+      }
+    }
+    for (int b = 0; b < bands(); ++b) {
+      const auto place = static_cast<std::size_t>(t * bands() + b);
+      FilmTile::Totals& to = totals_[place];
+      const FilmTile::Totals& from = other.totals_[place];
+      to.ray_variance = own * own * to.ray_variance + share * share * from.ray_variance;
+      for (std::size_t k = 0; k < kBatches; ++k) {
+        to.batch[k] = own * to.batch[k] + share * from.batch[k];
+      }
+    }
+    state.passes += theirs.passes;
+    state.pixels = theirs.pixels;
+    state.rays += theirs.rays;
+    state.anomalies += theirs.anomalies;
+  }
+}
+
+int Film::passes(int x, int y) const noexcept {
+  return tiles_[static_cast<std::size_t>(y / kTileSide * tile_columns_ + x / kTileSide)].passes;
+}
+
+std::uint64_t Film::pixels_done() const noexcept {
+  std::uint64_t sum = 0;
+  for (const TileState& tile : tiles_) sum += static_cast<std::uint64_t>(tile.pixels);
+  return sum;
+}
+
+bool Film::partial() const noexcept { return pixels_done() < pixel_count(); }
+
+std::uint64_t Film::rays() const noexcept {
+  std::uint64_t sum = 0;
+  for (const TileState& tile : tiles_) sum += tile.rays;
+  return sum;
+}
+
+std::uint64_t Film::anomalies() const noexcept {
+  std::uint64_t sum = 0;
+  for (const TileState& tile : tiles_) sum += tile.anomalies;
+  return sum;
+}
+
+std::span<const float> Film::values(int band, Value value) const noexcept {
+  return plane(kBandValues * band + static_cast<int>(value));
+}
+std::span<const float> Film::depth_m() const noexcept { return plane(common_channel(bands(), kDepth)); }
+std::span<const float> Film::object_id() const noexcept { return plane(common_channel(bands(), kObject)); }
+std::span<const float> Film::ray_count() const noexcept { return plane(common_channel(bands(), kRays)); }
+std::span<const float> Film::criterion() const noexcept { return plane(common_channel(bands(), kCriterion)); }
+
+ImageMean Film::mean(int band) const { return mean_over(0, tile_count(), band); }
+
+ImageMean Film::mean_of_tile(int tile, int band) const { return mean_over(tile, tile + 1, band); }
+
+ImageMean Film::mean_over(int first_tile, int tile_end, int band) const {
+  ImageMean result;
+  double pixels = 0, ray_variance = 0;
+  for (int t = first_tile; t < tile_end; ++t) {
+    pixels += tiles_[static_cast<std::size_t>(t)].pixels;
+    const FilmTile::Totals& totals = totals_[static_cast<std::size_t>(t * bands() + band)];
+    ray_variance += totals.ray_variance;
+    for (std::size_t k = 0; k < kBatches; ++k) result.batch[k] += totals.batch[k];
+  }
+  if (pixels == 0) return {};
+  for (double& value : result.batch) value /= pixels;
+  result.mean = mean_of(result.batch);
+  result.standard_error = std::sqrt(variance_of_mean(result.batch, result.mean) + ray_variance / (pixels * pixels));
+  return result;
+}
+
+}  // namespace obscura

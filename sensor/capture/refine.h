@@ -1,0 +1,141 @@
+// Where the picture is complex: which parts of a pixel get a ray of their own. Pixels are split in four, and
+// their parts again, wherever the spot holds more than its thresholds allow. What decides is never averaged:
+// all geometry in the spot, and rays at the corners of the parts, which stand at places of their own.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "octree/base/progress.h"
+#include "sensor/capture/estimator.h"
+#include "sensor/capture/film.h"
+#include "sensor/capture/sampler.h"
+
+namespace obscura {
+
+/// Which rays were traced, and for what.
+struct RayCounts {
+  std::uint64_t base = 0;                        ///< one in each pixel (all, where every pixel gets as many)
+  std::uint64_t deciding = 0;                    ///< at corners of pixels and their parts; not averaged
+  std::array<std::uint64_t, kCriteria> asked{};  ///< beyond the first, by the criterion that asked
+
+  RayCounts& operator+=(const RayCounts& other) noexcept;
+};
+
+/// What rays at the corners of spots have met; corners are numbered on the finest grid that there may be.
+class CornerRays {
+ public:
+  struct Corner {
+    std::uint32_t x, y;
+    auto operator<=>(const Corner&) const = default;
+  };
+
+  /// @param levels how often a pixel may be split
+  CornerRays(const World& world, const Estimator& estimator, const Sampler& sampler, int levels);
+
+  /// Floats per corner: the sunlit share, then per band transmission, radiance and its variance.
+  std::size_t stride() const noexcept { return 1 + 3 * static_cast<std::size_t>(bands_); }
+  int bands() const noexcept { return bands_; }
+  int levels() const noexcept { return levels_; }
+
+  /// @param values stride() for each corner
+  RadianceCounts trace(std::span<const Corner> corners, std::span<float> values) const;
+
+ private:
+  const World* world_;
+  const Estimator* estimator_;
+  const Sampler* sampler_;
+  int levels_;
+  int bands_;
+  bool shadows_;
+};
+
+/// What the corners of a part say of the slope of its radiance, from -1/2 to 1/2 across and down; its mean is 0. Rays
+/// are averaged without it: whatever the corners have met, that leaves the mean alone.
+struct Ramp {
+  double across = 0, down = 0, twist = 0;
+  double strength = 0;  ///< share of the corners' slope that is trusted, [0, 1]
+
+  double operator()(double x, double y) const noexcept { return across * x + down * y + twist * x * y; }
+};
+
+/// The parts of a tile's pixels.
+struct TileStrata {
+  std::vector<Stratum> strata;       // pixel by pixel, neighbours in succession
+  std::vector<Ramp> ramps;           // of each part in each band; none where its corners are not known
+  std::vector<std::size_t> first;    // of each pixel, and the end
+  std::vector<Criterion> criterion;  // of each pixel: what has asked for most of them
+  RayCounts rays;
+  RadianceCounts counts;
+
+  std::span<const Stratum> of(std::size_t pixel) const noexcept {
+    return std::span(strata).subspan(first[pixel], first[pixel + 1] - first[pixel]);
+  }
+};
+
+class Refiner {
+ public:
+  /// Traces the rays at the corners of the pixels of all tiles to be done. Keeps references to all that it is given.
+  Refiner(const World& world, const Estimator& estimator, const Sampler& sampler, const Progress& progress);
+
+  /// Columns, rows as the tile's. Thread-safe.
+  TileStrata split(const FilmTile& tile) const;
+
+  /// How far one ray may stray from its pixel's mean, squared: what the corners say about the slope of the picture and
+  /// the ramp leaves, and what neither they nor the known noise explain of the ray.
+  /// @param px, py place of the ray on the image; radiance without the ramp; variance as the ray knows it
+  double spread(int x, int y, int band, double px, double py, double radiance, double variance,
+                const Ramp& ramp) const noexcept;
+
+  /// A radiance that counts as dark, of each band: relative thresholds are relative to at least this.
+  double dark(int band) const noexcept { return dark_[static_cast<std::size_t>(band)]; }
+
+  RayCounts rays() const noexcept { return rays_; }
+  const RadianceCounts& counts() const noexcept { return counts_; }
+
+ private:
+  struct Cell;
+  using Corners = std::array<const float*, 4>;  // top left, top right, bottom left, bottom right
+
+  /// Marks the corners of the tiles to be done.
+  void find_wanted(const Film& film);
+  bool wanted(int x, int y) const noexcept {
+    return wanted_[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_ + 1) + static_cast<std::size_t>(x)];
+  }
+  /// A corner's few paths know their noise badly: neighbours lend it to one another.
+  void pool_noise();
+  /// Whether what rays tell can split a part of this level.
+  bool rays_decide(int level) const noexcept;
+  Criterion by_rays(const Corners& corners, int level) const noexcept;
+  Ramp ramp(const Corners& corners, int band) const noexcept;
+  const float* grid(int x, int y) const noexcept {
+    return grid_.data() +
+           (static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_ + 1) + static_cast<std::size_t>(x)) *
+               corners_.stride();
+  }
+  /// What rays at the corners of parts tell: asks where nothing has asked, and ramps of the parts.
+  void decide_by_rays(std::span<const Cell> cells, int level, const FilmTile& tile, std::vector<Criterion>& asks,
+                      std::vector<Ramp>& ramps, TileStrata& result) const;
+  Corners corners_of(int x, int y) const noexcept {
+    return {grid(x, y), grid(x + 1, y), grid(x, y + 1), grid(x + 1, y + 1)};
+  }
+  /// Whether the rays at a pixel's own corners ask: only then do those at corners of its parts.
+  bool asks_by_rays(const FilmTile& tile, std::size_t pixel) const noexcept;
+
+  const World* world_;
+  const Sampler* sampler_;
+  const AdaptiveSettings* settings_;
+  CornerRays corners_;
+  int columns_, rows_of_pixels_;
+  int most_;          // parts of a pixel
+  bool rays_decide_;  // something that rays can tell varies in this World
+  std::vector<char> wanted_;
+  std::vector<float> grid_;
+  std::vector<double> dark_;
+  RayCounts rays_;
+  RadianceCounts counts_;
+};
+
+}  // namespace obscura

@@ -1,0 +1,53 @@
+#include "sensor/capture/sampler.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "photon/optics/purpose.h"
+
+namespace obscura {
+
+Stratum stratum(int index, int count) noexcept {
+  // Row r holds cells [r * count / rows, (r + 1) * count / rows): its height is its share of them.
+  const int rows = std::max(1, static_cast<int>(std::lround(std::sqrt(static_cast<double>(count)))));
+  const auto first_of = [&](int row) { return static_cast<int>(static_cast<std::int64_t>(row) * count / rows); };
+  int row = static_cast<int>(static_cast<std::int64_t>(index) * rows / count);
+  while (first_of(row + 1) <= index) ++row;
+  while (first_of(row) > index) --row;
+
+  const int first = first_of(row);
+  const int cells = first_of(row + 1) - first;
+  Stratum cell;
+  cell.width = 1.0 / cells;
+  cell.height = static_cast<double>(cells) / count;
+  // There and back, so that successive cells touch.
+  cell.x_min = (row % 2 ? first + cells - 1 - index : index - first) * cell.width;
+  cell.y_min = static_cast<double>(first) / count;
+  return cell;
+}
+
+Sampler::Sampler(const Camera& camera, const SamplerSettings& settings) : camera_(&camera), settings_(settings) {
+  assert(settings.max_oversampling >= 1);
+  for (int i = 0; i < settings.max_oversampling; ++i) strata_.push_back(stratum(i, settings.max_oversampling));
+}
+
+void Sampler::rays(int x, int y, std::span<const Stratum> strata, int first, std::vector<PixelRay>& rays) const {
+  const auto columns = static_cast<std::uint64_t>(camera_->columns());
+  const std::uint64_t pixels = columns * static_cast<std::uint64_t>(camera_->rows());
+  const std::uint64_t pixel =
+      settings_.pass * pixels + static_cast<std::uint64_t>(y) * columns + static_cast<std::uint64_t>(x);
+  std::uint64_t history =
+      pixel * static_cast<std::uint64_t>(settings_.max_oversampling) + static_cast<std::uint64_t>(first);
+  for (const Stratum& cell : strata) {
+    Stream stream(settings_.seed, history, purpose_id(Purpose::pixel));
+    PixelRay ray;
+    ray.px = x + cell.x_min + cell.width * stream.uniform();
+    ray.py = y + cell.y_min + cell.height * stream.uniform();
+    ray.ray = camera_->ray(ray.px, ray.py);
+    ray.history = history++;
+    rays.push_back(ray);
+  }
+}
+
+}  // namespace obscura

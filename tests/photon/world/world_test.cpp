@@ -1,0 +1,402 @@
+// The World: placement, overlapping media, wrapping, what lies beyond the clouds, and the batched walks
+// against the scalar one.
+#include "photon/world/world.h"
+
+#include <catch2/catch.hpp>
+
+#include "octree/base/error.h"
+#include "photon/optics/sampling.h"
+#include "photon/world/world_walk.h"
+#include "tests/support/worlds.h"
+
+using namespace obscura;
+using namespace obscura::test;
+
+namespace {
+
+double noise_density(const Vec3i& v) { return voxel_noise(3, v, 1) < 0.3 ? 0.0 : voxel_noise(3, v, 2); }
+
+CloudWish noisy(double extinction = 0.4) {
+  CloudWish wish;
+  wish.voxels = {11, 9, 7};
+  wish.voxel_m = 0.5;
+  wish.density = noise_density;
+  wish.extinction = extinction;
+  return wish;
+}
+
+/// Two channels, three media, of which two share a channel.
+Cloud mixed_cloud() {
+  const auto field = [](int channel, const Vec3i& v) { return static_cast<float>(1 + channel + v.x); };
+  Cloud cloud;
+  cloud.name = "mixed";
+  BuildSettings settings;
+  settings.tolerance = 0;
+  cloud.octree = std::make_shared<const Octree>(
+      build_octree(field_stream(Box3i(Vec3i(0), Vec3i(8)), {"a", "b"}, field), settings).first);
+  cloud.media.push_back({0, {0.1}, {0.5}, {}});
+  cloud.media.push_back({1, {0.2}, {0.25}, {}});
+  cloud.media.push_back({1, {0.3}, {1.0}, {}});
+  cloud.source = {2.0};
+  cloud.emission = {0.7};
+  return cloud;
+}
+
+World world_of(std::vector<Cloud> clouds, double sky = 0) {
+  WorldContents contents;
+  contents.bands.emplace_back("grey");
+  contents.clouds = std::move(clouds);
+  contents.sky = {sky};
+  return World(std::move(contents));
+}
+
+/// Rays that start around the World and inside it.
+std::vector<Ray> rays_about(const World& world, int count, double t_max = kInfinity) {
+  Stream random(9, 0, 0);
+  std::vector<Ray> rays;
+  const double radius = world.bounds().size().length();
+  for (int i = 0; i < count; ++i) {
+    Vec3d through = world.bounds().min;
+    for (int axis = 0; axis < 3; ++axis) through[axis] += random.uniform() * world.bounds().size()[axis];
+    const Vec3d d = random_direction(random);
+    rays.push_back({i % 3 == 0 ? through : through - radius * d, d, 0, t_max});
+  }
+  return rays;
+}
+
+double scalar_depth(const World& world, const Ray& ray) {
+  double depth = 0;
+  WorldWalk walk(world, 0, ray);
+  while (walk.next()) depth += walk.optics().extinction * (walk.end() - walk.begin());
+  return depth;
+}
+
+/// The batched depths and flights of these rays, each against the scalar walk.
+void check_batched(const World& world, const std::vector<Ray>& rays) {
+  std::vector<double> depths(rays.size());
+  world.optical_depths(0, rays, depths);
+  std::vector<Flight> flights;
+  Stream random(4, 0, 0);
+  for (const Ray& ray : rays) flights.push_back({ray, -std::log(random.uniform())});
+  std::vector<FreePath> ends(rays.size());
+  world.reach_depths(0, flights, ends);
+  int collided = 0, crossed = 0;
+  double worst_depth = 0, worst_target = 0;
+  bool agreed = true, found_medium = true;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const double depth = scalar_depth(world, rays[i]);
+    crossed += depth > 0;
+    worst_depth = std::max(worst_depth, std::abs(depths[i] - depth) / std::max(depth, 0.1));
+    const double target = flights[i].target_depth;
+    if (std::abs(target - depth) > 1e-4 * depth) agreed = agreed && ends[i].collided == (depth > target);
+    if (!ends[i].collided) continue;
+    ++collided;
+    Ray part = rays[i];
+    part.t_max = ends[i].t;
+    worst_target = std::max(worst_target, std::abs(scalar_depth(world, part) - target) / std::max(target, 0.1));
+    FreePath end = ends[i];
+    found_medium = found_medium && world.at_collision(0, flights[i], end).extinction > 0;
+  }
+  CHECK(worst_depth < 2e-5);
+  CHECK(worst_target < 5e-5);
+  CHECK(agreed);
+  CHECK(found_medium);
+  CHECK(collided > static_cast<int>(rays.size()) / 10);
+  CHECK(crossed > static_cast<int>(rays.size()) / 3);
+}
+
+}  // namespace
+
+TEST_CASE("a point is found through the cloud's placement and its grid", "[photon][world]") {
+  Cloud cloud = make_cloud(noisy());
+  cloud.local_to_world = placement({4, -3, 2}, {0.3, -1.1, 2.0}, 1.7);
+  const World world = world_of({cloud});
+  Stream random(1, 0, 0);
+  for (int i = 0; i < 200; ++i) {
+    const Vec3d index(11 * random.uniform(), 9 * random.uniform(), 7 * random.uniform());
+    const Vec3d x = transform_point(cloud.local_to_world, 0.5 * index);
+    CHECK((world.index_point(0, x) - index).length() < 1e-12);
+    const Vec3i voxel(static_cast<int>(index.x), static_cast<int>(index.y), static_cast<int>(index.z));
+    CHECK(world.at(0, x).extinction == Approx(0.4 * noise_density(voxel)).epsilon(1e-6));
+  }
+  CHECK(world.at(0, transform_point(cloud.local_to_world, Vec3d(-0.01, 1, 1))).extinction == 0);
+  // The bounds hold every corner and no more.
+  Box3d corners;
+  for (int c = 0; c < 8; ++c) {
+    corners.extendBy(transform_point(cloud.local_to_world, Vec3d(5.5 * (c & 1), 4.5 * ((c >> 1) & 1), 3.5 * (c >> 2))));
+  }
+  CHECK((world.bounds().min - corners.min).length() < 1e-9);
+  CHECK((world.bounds().max - corners.max).length() < 1e-9);
+}
+
+TEST_CASE("coefficients of overlapping media and clouds add", "[photon][world]") {
+  CloudWish other;
+  other.voxels = Vec3i(8);
+  other.extinction = 0.6;
+  other.albedo = 0.5;
+  other.source = 5;
+  const World world = world_of({mixed_cloud(), make_cloud(other)});
+  // Voxel x = 2: channel a is 3, channel b is 4.
+  const double extinction = 3 * 0.1 + 4 * 0.2 + 4 * 0.3;
+  const double scattering = 3 * 0.1 * 0.5 + 4 * 0.2 * 0.25 + 4 * 0.3;
+  const LocalOptics here = world.at(0, {2.5, 4, 4});
+  CHECK(here.extinction == Approx(extinction + 0.6));
+  CHECK(here.scattering == Approx(scattering + 0.3));
+  CHECK(here.emission == Approx((extinction - scattering) * 2 + 0.7 * 3 + 0.3 * 5));
+  CHECK(world.optics(0, 0).extinction_weights()[0] == Approx(0.1));
+  CHECK(world.optics(0, 0).extinction_weights()[1] == Approx(0.5));
+  CHECK(world.scatters(0));
+  CHECK(world.emits(0));
+  const double depth = scalar_depth(world, {{2.5, 4, -1}, {0, 0, 1}, 0, kInfinity});
+  CHECK(depth == Approx(8 * (extinction + 0.6)));
+}
+
+TEST_CASE("the source is uniform only where it is one number in every cloud", "[photon][world]") {
+  CloudWish wish;
+  wish.source = 4;
+  wish.albedo = 0.25;
+  CHECK(*world_of({make_cloud(wish)}).uniform_source(0) == Approx(3));
+  CHECK(*world_of({make_cloud(wish), make_cloud(wish)}).uniform_source(0) == Approx(3));
+  CloudWish hotter = wish;
+  hotter.source = 5;
+  CHECK(!world_of({make_cloud(wish), make_cloud(hotter)}).uniform_source(0));
+  CloudWish paler = wish;
+  paler.albedo = 0.5;
+  CHECK(!world_of({make_cloud(wish), make_cloud(paler)}).uniform_source(0));
+  CHECK(!world_of({mixed_cloud()}).uniform_source(0));
+  CHECK(!world_of({}).uniform_source(0));
+  // A temperature channel varies.
+  Cloud warm = mixed_cloud();
+  warm.source = {};
+  warm.emission = {};
+  warm.temperature = {1, 100, 0, 0};
+  WorldContents contents;
+  contents.bands.emplace_back("ir", 8.0, 12.0);
+  contents.clouds = {warm};
+  const World world(std::move(contents));
+  CHECK(!world.uniform_source(0));
+  const double absorption = 3 * 0.1 * 0.5 + 4 * 0.2 * 0.75;
+  CHECK(world.at(0, {2.5, 4, 4}).emission == Approx(absorption * world.bands()[0].planck(0, 400)).epsilon(1e-8));
+}
+
+TEST_CASE("behind the clouds are the sky and the sun's disc with its irradiance", "[photon][world]") {
+  WorldContents contents;
+  contents.bands.emplace_back("grey");
+  contents.sky = {0.5};
+  const Vec3d toward = Vec3d(1, 2, 2).normalized();
+  contents.sun = Sun{toward, {7}, 0.02};
+  const World world(std::move(contents));
+  CHECK(world.background(0, direction_about(toward, std::cos(0.0099), 1)) == 0.5 + world.suns()[0].radiance(0));
+  CHECK(world.background(0, direction_about(toward, std::cos(0.0101), 1)) == 0.5);
+  CHECK(world.background(0, toward, false) == 0.5);
+  CHECK(world.background(0, -toward) == 0.5);
+  // Radiance times the projected solid angle is the irradiance on a plane that faces the sun.
+  double irradiance = 0;
+  const int steps = 1000;
+  for (int i = 0; i < steps; ++i) {
+    const double angle = 0.01 * (i + 0.5) / steps;
+    irradiance += world.suns()[0].radiance(0) * 2 * kPi * std::sin(angle) * std::cos(angle) * 0.01 / steps;
+  }
+  CHECK(irradiance == Approx(7).epsilon(1e-5));
+  WorldContents point;
+  point.bands.emplace_back("grey");
+  point.sun = Sun{toward, {7}, 0};
+  const World without_disc(std::move(point));
+  CHECK(without_disc.background(0, toward) == 0);
+  CHECK(without_disc.sky(0) == 0);
+}
+
+TEST_CASE("a cloud 1e7 m from the origin is as exact as one beside it", "[photon][world]") {
+  CloudWish wish = noisy();
+  const World near = world_of({make_cloud(wish)});
+  wish.corner_m = {1e7, -1e7, 2e7};
+  const World far = world_of({make_cloud(wish)});
+  for (Ray ray : rays_about(near, 300)) {
+    // Multiples of 2^-20 are moved without rounding.
+    for (int axis = 0; axis < 3; ++axis) ray.origin[axis] = std::round(ray.origin[axis] * 0x1p20) * 0x1p-20;
+    Ray moved = ray;
+    moved.origin += wish.corner_m;
+    const double depth = scalar_depth(near, ray);
+    CHECK(std::abs(scalar_depth(far, moved) - depth) < 2e-7);
+    double batched = 0;
+    far.optical_depths(0, {&moved, 1}, {&batched, 1});
+    CHECK(std::abs(batched - depth) < 1e-5 * depth + 1e-6);
+  }
+}
+
+TEST_CASE("an empty cloud and no cloud at all leave rays as they are", "[photon][world]") {
+  CloudWish wish;
+  wish.density = [](const Vec3i&) { return 0.0; };
+  CloudWish periodic = wish;
+  periodic.period_m = {20, 20};
+  for (const World& world :
+       {world_of({}, 1.5), world_of({make_cloud(wish)}, 1.5), world_of({make_cloud(periodic)}, 1.5)}) {
+    const Ray ray{{-5, 4, 4}, {1, 0, 0}, 0, kInfinity};
+    double depth = -1;
+    world.optical_depths(0, {&ray, 1}, {&depth, 1});
+    CHECK(depth == 0);
+    const Flight flight{ray, 1};
+    FreePath end;
+    world.reach_depths(0, {&flight, 1}, {&end, 1});
+    CHECK(!end.collided);
+    CHECK(world.at(0, {4, 4, 4}).extinction == 0);
+    CHECK(world.bounds().isEmpty());
+    CHECK(!WorldWalk(world, 0, ray).next());
+    CHECK(world.background(0, {1, 0, 0}) == 1.5);
+  }
+}
+
+TEST_CASE("a World that kernels could not serve is refused with cause and remedy", "[photon][world]") {
+  std::vector<Cloud> many(65, make_cloud({}));
+  CHECK_THROWS_AS(world_of(many), InputError);
+  many.pop_back();
+  CHECK_NOTHROW(world_of(many));
+  CloudWish narrow;
+  narrow.period_m = {16, 15.9};
+  CHECK_THROWS_AS(world_of({make_cloud(narrow)}), InputError);
+  narrow.period_m = {16, 0};
+  CHECK_NOTHROW(world_of({make_cloud(narrow)}));
+  Cloud flat = make_cloud({});
+  flat.local_to_world = placement(Vec3d(0), Vec3d(0), 0);
+  CHECK_THROWS_AS(world_of({flat}), InputError);
+  for (const int channels : {16, 17}) {
+    std::vector<std::string> names;
+    for (int c = 0; c < channels; ++c) names.push_back("c" + std::to_string(c));
+    BuildSettings settings;
+    settings.tolerance = 0;
+    Cloud wide = make_cloud({});
+    wide.octree = std::make_shared<const Octree>(
+        build_octree(field_stream(Box3i(Vec3i(0), Vec3i(8)), names, [](int, const Vec3i&) { return 1.0f; }), settings)
+            .first);
+    if (channels == 16) {
+      CHECK_NOTHROW(world_of({wide}));
+    } else {
+      CHECK_THROWS_AS(world_of({wide}), InputError);
+    }
+  }
+}
+
+TEST_CASE("batched depths and flights agree with the scalar walk: one cloud and three", "[photon][world]") {
+  Cloud a = make_cloud(noisy(0.8));
+  a.local_to_world = placement({1, 2, 3}, {0.2, 0.4, 0.6}, 1);
+  const World one = world_of({a});
+  check_batched(one, rays_about(one, 600));
+  Cloud b = make_cloud(noisy(0.3));
+  b.local_to_world = placement({2, 1, 4}, {-1, 0.1, 0.3}, 1.3);
+  CloudWish wish;
+  wish.corner_m = {-3, -2, 1};
+  wish.voxel_m = 0.5;
+  wish.extinction = 0.05;
+  const World three = world_of({a, b, make_cloud(wish)});
+  check_batched(three, rays_about(three, 600));
+}
+
+TEST_CASE("batched depths and flights agree with the scalar walk in periodic clouds", "[photon][world]") {
+  CloudWish wish = noisy(0.3);
+  wish.period_m = {6, 4.5};  // a gap along x, none along y
+  Cloud cloud = make_cloud(wish);
+  cloud.local_to_world = placement({1, 2, 3}, {0.2, -0.1, 0.6}, 1.1);
+  const World world = world_of({cloud});
+  check_batched(world, rays_about(world, 600, 60));
+  const World two = world_of({cloud, cloud});
+  check_batched(two, rays_about(two, 300, 60));
+}
+
+TEST_CASE("a ray along a periodic layer goes through cell after cell", "[photon][world]") {
+  CloudWish wish;
+  wish.voxels = Vec3i(8);
+  wish.density = [](const Vec3i& v) { return v.x < 4 ? 1.0 : 3.0; };
+  wish.extinction = 0.01;
+  wish.period_m = {10, 8};
+  const World world = world_of({make_cloud(wish)});
+  const double cell = 0.01 * (4 * 1 + 4 * 3);
+  for (const double sign : {1.0, -1.0}) {
+    const Ray ray{{0, 4, 4}, {sign, 0, 0}, 0, 1000};
+    double depth = 0;
+    world.optical_depths(0, {&ray, 1}, {&depth, 1});
+    CHECK(depth == Approx(100 * cell).epsilon(1e-5));
+    CHECK(scalar_depth(world, ray) == Approx(100 * cell).epsilon(1e-12));
+    // Endless: nothing of the light is left, and a flight ends where it should.
+    const Ray endless{{0, 4, 4}, {sign, 0, 0}, 0, kInfinity};
+    world.optical_depths(0, {&endless, 1}, {&depth, 1});
+    CHECK(depth > 700);
+    const Flight flight{endless, 50.5 * cell};
+    FreePath end;
+    world.reach_depths(0, {&flight, 1}, {&end, 1});
+    CHECK(end.collided);
+    // Half a cell's depth: 4 m of 1, then 4/3 m of 3; the other way from the back, after the gap.
+    CHECK(end.t == Approx(500 + (sign > 0 ? 4 + 4.0 / 3 : 2 + 8.0 / 3)).epsilon(1e-5));
+  }
+}
+
+TEST_CASE("a point is wrapped into the first cell and has the same optics there", "[photon][world]") {
+  CloudWish wish = noisy();
+  wish.period_m = {6, 5};
+  Cloud cloud = make_cloud(wish);
+  cloud.local_to_world = placement({1, 2, 3}, {0, 0, 0.6}, 2);
+  const World world = world_of({cloud});
+  CHECK(world.periodic());
+  CHECK(world.period()[0].length() == Approx(12));
+  CHECK(world.period()[1].length() == Approx(10));
+  Stream random(2, 0, 0);
+  int met = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Vec3d x(200 * random.uniform() - 100, 200 * random.uniform() - 100, 3 + 7 * random.uniform());
+    const Vec3d wrapped = world.wrap(x);
+    const Vec3d local = transform_point(world.frame(0).world_to_local, wrapped);
+    CHECK((local.x > -1e-9 && local.x < 6 + 1e-9 && local.y > -1e-9 && local.y < 5 + 1e-9));
+    const Vec3d moved = wrapped - x;
+    for (const Vec3d& period : world.period()) {
+      const double count = moved.dot(period) / period.length2();
+      CHECK(std::abs(count - std::round(count)) < 1e-9);
+    }
+    CHECK(world.at(0, wrapped).extinction == world.at(0, x).extinction);
+    met += world.at(0, x).extinction > 0;
+  }
+  CHECK(met > 100);
+}
+
+TEST_CASE("the map's frame is rigid, and extinction there is that of the World", "[photon][world]") {
+  CloudWish wish = noisy();
+  Cloud plain = make_cloud(wish);
+  plain.local_to_world = placement({100, 2, 3}, {0.1, 0.2, 0.6}, 2);
+  wish.period_m = {6, 5};
+  Cloud periodic = make_cloud(wish);
+  periodic.local_to_world = plain.local_to_world;
+  for (const World& world : {world_of({plain, make_cloud(noisy())}), world_of({periodic})}) {
+    CHECK(linear_determinant(world.world_to_map()) == Approx(1));
+    CHECK(world.map_period() == (world.periodic() ? Vec3d(12, 10, 0) : Vec3d(0)));
+    // The cell's sides are the axes.
+    for (std::size_t axis = 0; axis < 2 && world.periodic(); ++axis) {
+      Vec3d side(0);
+      side[static_cast<int>(axis)] = world.map_period()[static_cast<int>(axis)];
+      CHECK((transform_direction(world.world_to_map(), world.period()[axis]) - side).length() < 1e-12);
+    }
+    int met = 0;
+    for (const Ray& ray : rays_about(world, 3000)) {
+      const Vec3d x = ray.origin;  // every third is in the bounds
+      const double here = world.at(0, x).extinction;
+      met += here > 0;
+      CHECK(world.extinction_in_map(0, transform_point(world.world_to_map(), x)) == Approx(here).margin(1e-12));
+    }
+    CHECK(met > 10);
+  }
+}
+
+TEST_CASE("a collision that rounding has carried out of the cloud is put right", "[photon][world]") {
+  CloudWish wish;
+  wish.voxels = Vec3i(8);
+  const World world = world_of({make_cloud(wish)});
+  const Flight flight{{{4, 4, -2}, {0, 0, 1}, 0, kInfinity}, 8 - 1e-7};
+  FreePath end{10 + 1e-6, flight.target_depth, true};
+  CHECK(world.at(0, flight.ray.at(end.t)).extinction == 0);
+  CHECK(world.at_collision(0, flight, end).extinction == 1);
+  CHECK(end.collided);
+  CHECK(end.t < 10);
+  CHECK(end.t > 10 - 1e-4);
+  // More than there is: no collision after all.
+  const Flight beyond{flight.ray, 8 + 1e-7};
+  end = {10 + 1e-6, beyond.target_depth, true};
+  CHECK(world.at_collision(0, beyond, end).extinction == 0);
+  CHECK(!end.collided);
+}
