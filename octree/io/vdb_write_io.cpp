@@ -8,6 +8,7 @@
 
 #include "octree/base/error.h"
 #include "octree/io/export.h"
+#include "octree/source/octree_stream.h"
 
 namespace obscura {
 namespace {

@@ -7,6 +7,7 @@
 #include "octree/base/error.h"
 #include "octree/io/import.h"
 #include "octree/source/puffs.h"
+#include "octree/source/resample.h"
 #include "octree/source/shapes.h"
 #include "photon/limits/build_measure.h"
 #include "scene/world/build_surfaces.h"

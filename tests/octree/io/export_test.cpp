@@ -6,6 +6,7 @@
 #include "octree/base/error.h"
 #include "octree/build/build.h"
 #include "octree/io/import.h"
+#include "octree/source/octree_stream.h"
 #include "octree/source/puffs.h"
 #include "octree/source/shapes.h"
 #include "tests/support/dense_stream.h"

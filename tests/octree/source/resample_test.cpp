@@ -1,8 +1,9 @@
 // Joining streams of different lattices.
+#include "octree/source/resample.h"
+
 #include <array>
 #include <catch2/catch.hpp>
 
-#include "octree/io/import.h"
 #include "octree/source/shapes.h"
 #include "tests/support/dense_stream.h"
 

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "octree/base/error.h"
+#include "photon/world/thickness.h"
 #include "tests/support/worlds.h"
 
 using namespace obscura;
