@@ -191,7 +191,7 @@ Estimate estimate_in_ball(const PhotonMap& map, const Vec3d& x, const Extinction
     return result;
   }
 
-  const double norm = detail::kernel_norm(settings.kernel) / (radius * radius2 * map.emitted());
+  const double norm = detail::kernel_norm(settings.kernel) / (radius * radius2);
   double sum = 0;
   for (double& batch : result.batch) {
     batch *= norm * kBatches;

@@ -33,7 +33,7 @@ struct Stretch {
   void add(double reduced, double scattering, double absorption, double begin, double end) {
     const double d = end - begin, tau = reduced * d;
     const double gain = passed * effective_length(reduced, d);
-    const double far = tau > 0 ? w_far(tau) / tau : 0.5;  // integral of x e^(-tau x)
+    const double far = tau > 0 ? linear_source_weights(tau).far / tau : 0.5;  // integral of x e^(-tau x)
     fluence += gain;
     absorbed += absorption * gain;
     scattered += scattering * gain;

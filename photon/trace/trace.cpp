@@ -284,7 +284,7 @@ class Chunk {
     photon.position = Vec3f(position);
     photon.direction = encode_direction(transform_direction(world_.world_to_map(), history.direction));
     photon.power = static_cast<float>(history.power);
-    photon.batch = static_cast<std::uint8_t>(batch_);
+    photon.batch = static_cast<std::uint16_t>(batch_);
     photon.collisions = label;
     list.emplace_back(history.id, photon);
   }

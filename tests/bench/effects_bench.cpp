@@ -345,7 +345,7 @@ std::vector<Photon> minimal_photons(const World& world, const PhotonEmitter& emi
             photon.position = Vec3f(transform_point(world.world_to_map(), h.position));
             photon.direction = encode_direction(h.direction);
             photon.power = static_cast<float>(h.power);
-            photon.batch = static_cast<std::uint8_t>(batch);
+            photon.batch = static_cast<std::uint16_t>(batch);
             photon.collisions = static_cast<std::uint16_t>(h.collisions - 1);
             stored.push_back(photon);
           }
