@@ -334,12 +334,12 @@ Criterion SpotQuery::Search::see(const Region& region, const Looking& looking, F
                                  const Vec3d& normal, const Fragment& part, Level& level) {
   const Object& object = index_->objects()[id.surface];
   const std::size_t slot = slot_of(id.surface, id.face);
-  Sight sight;
+  SeenFace sight;
   sight.surface = id.surface;
   const double away = region.central() ? normal.dot(region.eye() - p[0]) : -normal.dot(region.axis());
   sight.normal = away < 0 ? -normal : normal;
   const bool back = away < 0 && !object.double_sided;
-  sight.material = back ? Sight::kBack : object.materials[slot];
+  sight.material = back ? SeenFace::kBack : object.materials[slot];
 
   double near = kInfinity;
   for (std::size_t i = 0; i < part.size; ++i) {

@@ -21,7 +21,7 @@ class SpotQuery::Search {
  private:
   using Fragment = detail::Fragment;
   using Region = detail::SpotRegion;
-  using Sight = detail::Sight;
+  using SeenFace = detail::SeenFace;
 
   /// Rays that are looked along, with where they come from.
   struct Looking {

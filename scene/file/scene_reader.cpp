@@ -129,7 +129,7 @@ void ObjectReader::finish() {
     }
     findings_.problem(pointer, fmt::format("unknown key \"{}\"", key), suggest(key, valid));
     // A misspelt key is one mistake, not also a missing one.
-    const Nearest nearest = nearest_word(key, valid);
+    const WordMatch nearest = nearest_word(key, valid);
     if (!nearest.close) continue;
     missing_.erase(
         std::remove_if(missing_.begin(), missing_.end(), [&](const Missing& m) { return m.key == nearest.word; }),
