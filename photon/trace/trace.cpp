@@ -8,7 +8,6 @@
 #include <numeric>
 
 #include "octree/base/low_discrepancy.h"
-#include "octree/base/random.h"
 #include "photon/optics/purpose.h"
 #include "photon/world/scatter.h"
 
@@ -32,7 +31,7 @@ class EmissionNumbers {
   std::array<double, 8> operator()(std::uint64_t i) const noexcept {
     if (settings_->directions == Directions::random) {
       std::array<double, 8> u;
-      Stream stream(settings_->seed, first_ + i, purpose_id(Purpose::emission, interval_));
+      Stream stream = StreamName{settings_->seed, first_ + i, Purpose::emission, interval_}.stream();
       for (double& x : u) x = stream.uniform();
       return u;
     }
@@ -378,7 +377,7 @@ TraceResult trace_photons(const World& world, const PhotonEmitter& emitter, cons
         if (power == 0) continue;
         histories.push_back({photon.position, photon.direction, power, photon.in_direct_set, photon.from_beyond,
                              photon.from, 0, 0, static_cast<std::uint32_t>(histories.size()),
-                             Stream(settings.seed, first + id, purpose_id(Purpose::tracing, interval))});
+                             StreamName{settings.seed, first + id, Purpose::tracing, interval}.stream()});
       }
       Chunk(world, emitter, settings, rectangles, batch, part).run(std::move(histories));
       progress.report("photons", done += end - begin, settings.photons);
