@@ -19,6 +19,9 @@ class SpotQuery::Search {
   Criterion operator()(const Spot& spot);
 
  private:
+  /// A search that has looked at more faces than this gives up: the spot is refined.
+  static constexpr int kMostFaces = 4096;
+
   using Fragment = detail::Fragment;
   using Region = detail::SpotRegion;
   using SeenFace = detail::SeenFace;
