@@ -138,6 +138,8 @@ void ObjectReader::finish() {
   for (const Missing& m : missing_) {
     findings_.problem(pointer_to(pointer_, m.key), fmt::format("\"{}\" is missing", m.key), m.what);
   }
+  if (findings_.problems.size() > problems_) return;
+  for (const std::function<void()>& make : afterwards_) make();
 }
 
 void read_description(Findings& findings, const Json& document, Description& description) {
