@@ -1,11 +1,10 @@
 #include "photon/optics/phase.h"
 
-#include <algorithm>
-
 namespace obscura {
 namespace {
 
-double clamp_cosine(double cosine) noexcept { return std::clamp(cosine, -1.0, 1.0); }
+// By value: std::clamp, which takes references, goes through memory.
+double clamp_cosine(double cosine) noexcept { return cosine > 1 ? 1.0 : cosine < -1 ? -1.0 : cosine; }
 
 }  // namespace
 
@@ -18,7 +17,7 @@ double PhaseFunction::value(double cosine) const noexcept {
 }
 
 double PhaseFunction::sample(double u1, double u2) const noexcept {
-  return clamp_cosine(std::visit([u1, u2](const auto& phase) { return phase.sample(u1, u2); }, any_));
+  return std::visit([u1, u2](const auto& phase) { return clamp_cosine(phase.sample(u1, u2)); }, any_);
 }
 
 double PhaseFunction::sample_one_minus(double u1, double u2) const noexcept {
