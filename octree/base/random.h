@@ -22,11 +22,15 @@ constexpr std::array<std::uint32_t, 4> philox4x32(std::array<std::uint32_t, 4> c
 }
 
 /// A stream of independent uniform numbers. Cheap to make (no state but a counter): make one where
-/// it is needed. `purpose` keeps streams of one history apart (emission, tracing, a pixel's rays ...).
+/// it is needed.
 class Stream {
  public:
-  constexpr Stream(std::uint64_t seed, std::uint64_t history, std::uint32_t purpose) noexcept
-      : key_{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)},
+  /// @param purpose  keeps streams of one history apart (emission, tracing, a pixel's rays ...)
+  /// @param more     further digits of the purpose
+  /// Two streams of one seed differ where history, purpose or more do: the counter holds the former two, and
+  /// the key differs with the last, since multiplying by an odd number gives each 64-bit number another one.
+  constexpr Stream(std::uint64_t seed, std::uint64_t history, std::uint32_t purpose, std::uint64_t more = 0) noexcept
+      : key_{static_cast<std::uint32_t>(seed ^ more * kOdd), static_cast<std::uint32_t>((seed ^ more * kOdd) >> 32)},
         counter_{0, purpose, static_cast<std::uint32_t>(history), static_cast<std::uint32_t>(history >> 32)} {}
 
   constexpr std::uint32_t bits() noexcept {
@@ -46,6 +50,8 @@ class Stream {
   }
 
  private:
+  static constexpr std::uint64_t kOdd = 0x9E3779B97F4A7C15u;  // 2^64 over the golden ratio: neighbours get far apart
+
   std::array<std::uint32_t, 2> key_;
   std::array<std::uint32_t, 4> counter_;
   std::array<std::uint32_t, 4> block_{};

@@ -18,9 +18,9 @@ namespace obscura::detail::HWY_NAMESPACE {
 
 // kFloats: the tree is lossless, values are floats; else they are packed.
 template <bool kFloats, bool kFlights, int kChannels>
-class Kernel {
+class BatchKernel {
  public:
-  Kernel(const BatchJob& job, std::size_t& next_ray)
+  BatchKernel(const BatchJob& job, std::size_t& next_ray)
       : job_(job),
         tree_(*job.tree),
         table_(reinterpret_cast<const std::int32_t*>(tree_.table.data())),

@@ -22,7 +22,7 @@ namespace obscura::detail::HWY_NAMESPACE {
 template <bool kFloats, bool kFlights, int kChannels>
 void run_groups(const BatchJob& job) {
   std::size_t next_ray = 0;
-  using Group = Kernel<kFloats, kFlights, kChannels>;
+  using Group = BatchKernel<kFloats, kFlights, kChannels>;
   Group a(job, next_ray), b(job, next_ray);
   while (a.alive() || b.alive()) {
     if (a.alive()) a.advance();

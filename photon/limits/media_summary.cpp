@@ -211,7 +211,7 @@ void add_cloud(const CloudLimits& cloud, IntervalLimits& limits) {
 
 /// What the view's rays see and cross.
 /// @param seen mean of each group, to be added to
-void look(const World& world, int interval, const View& view, IntervalLimits& limits, std::vector<double>& seen) {
+void look(const World& world, int interval, const CameraView& view, IntervalLimits& limits, std::vector<double>& seen) {
   if (view.rays.empty()) return;
   RadianceSettings settings;
   settings.points = 8;
@@ -248,7 +248,7 @@ IntervalLimits MediaSummary::limits(int interval, const std::vector<bool>& kept)
   return limits;
 }
 
-MediaSummary summarize(const World& world, const View& view) {
+MediaSummary summarize(const World& world, const CameraView& view) {
   MediaSummary summary;
   summary.periodic = world.periodic();
   for (int c = 0; c < world.cloud_count(); ++c) {

@@ -12,20 +12,20 @@
 namespace obscura {
 
 /// Points p with (p - through) . inward >= 0.
-struct HalfSpace {
+struct ViewSide {
   Vec3d through;
   Vec3d inward;  ///< unit vector
 };
 
 /// What a camera sees, without its pixels.
-struct View {
+struct CameraView {
   /// A sample of its rays, in groups of `together` that lie in one pixel.
   std::vector<Ray> rays;
   std::size_t together = 1;
   /// Their convex hull holds the origins of all rays.
   std::vector<Vec3d> origins;
   /// All points of all rays lie in each of these; empty: no direction is excluded.
-  std::vector<HalfSpace> sides;
+  std::vector<ViewSide> sides;
 };
 
 /// One cloud at one interval; all are guaranteed for every line and point of the World.
@@ -108,7 +108,7 @@ struct MediaSummary {
 
 /// Measures a World: reads all leaves once and follows the view's rays. Deterministic. Costs about as much as a few
 /// thousand rays and one pass over the leaves.
-MediaSummary summarize(const World& world, const View& view);
+MediaSummary summarize(const World& world, const CameraView& view);
 
 /// Largest value of sum over channels of weight * value along any line, in world metres: guaranteed, by layers of
 /// cells. In one layer of thickness h across an index axis, a ray that advances fastest along that axis has a length of

@@ -23,7 +23,7 @@ Box3d box_of(const Object& object) {
 }
 
 /// The corners of everything but one object.
-std::vector<Vec3d> all_corners(const World& world, const View& view, std::size_t but) {
+std::vector<Vec3d> all_corners(const World& world, const CameraView& view, std::size_t but) {
   std::vector<Vec3d> points = view.origins;
   const auto append = [&points](const std::vector<Vec3d>& more) {
     points.insert(points.end(), more.begin(), more.end());
@@ -87,30 +87,30 @@ std::vector<Vec3d> corners_of(const World& world, int cloud) {
   return corners_of(box, world.clouds()[static_cast<std::size_t>(cloud)].local_to_world);
 }
 
-bool outside(const View& view, const std::vector<Vec3d>& points) {
+bool outside(const CameraView& view, const std::vector<Vec3d>& points) {
   if (points.empty()) return true;
-  return std::any_of(view.sides.begin(), view.sides.end(), [&](const HalfSpace& side) {
+  return std::any_of(view.sides.begin(), view.sides.end(), [&](const ViewSide& side) {
     return std::all_of(points.begin(), points.end(), [&](const Vec3d& p) {
       return (p - side.through).dot(side.inward) < -1e-9 * (p - side.through).length();
     });
   });
 }
 
-double reach(const World& world, const View& view) {
+double reach(const World& world, const CameraView& view) {
   if (world.periodic()) return kInfinity;
   Box3d box;
   for (const Vec3d& point : all_corners(world, view, world.objects().size())) box.extendBy(point);
   return box.isEmpty() ? 0.0 : box.size().length();
 }
 
-bool sees_disc(const View& view, const Sun& sun) {
+bool sees_disc(const CameraView& view, const Sun& sun) {
   if (!(sun.diameter > 0)) return false;  // rays miss points
   const double sine = std::sin(std::min(0.5 * sun.diameter, 0.5 * kPi)) + 1e-6;
   return std::all_of(view.sides.begin(), view.sides.end(),
-                     [&](const HalfSpace& side) { return sun.toward.dot(side.inward) >= -sine; });
+                     [&](const ViewSide& side) { return sun.toward.dot(side.inward) >= -sine; });
 }
 
-bool shaded(const World& world, const View& view, const Sun& sun) {
+bool shaded(const World& world, const CameraView& view, const Sun& sun) {
   if (world.periodic()) return false;
   for (std::size_t o = 0; o < world.objects().size(); ++o) {
     const std::optional<Sheet> sheet = sheet_of(world, world.objects()[o]);
@@ -141,7 +141,7 @@ bool shaded(const World& world, const View& view, const Sun& sun) {
   return false;
 }
 
-bool no_dark_backs(const World& world, const View& view) {
+bool no_dark_backs(const World& world, const CameraView& view) {
   return std::all_of(world.objects().begin(), world.objects().end(), [&](const Object& object) {
     if (object.double_sided) return true;
     for (const int slot : object.materials) {

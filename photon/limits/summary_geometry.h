@@ -11,20 +11,20 @@ namespace obscura::detail {
 std::vector<Vec3d> corners_of(const World& world, int cloud);
 
 /// The convex hull of the points lies outside what the view sees. False also where that is not certain.
-bool outside(const View& view, const std::vector<Vec3d>& points);
+bool outside(const CameraView& view, const std::vector<Vec3d>& points);
 
 /// Farthest that two of the view's origins, clouds, objects and spheres can be from one another, m.
-double reach(const World& world, const View& view);
+double reach(const World& world, const CameraView& view);
 
 /// A camera ray may end on the disc of a sun.
-bool sees_disc(const View& view, const Sun& sun);
+bool sees_disc(const CameraView& view, const Sun& sun);
 
 /// An opaque rectangle (a mesh of two triangles) lies between the sun and everything else: clouds, objects, spheres and
 /// the view's origins, whose boxes fall inside it along every direction to the disc.
-bool shaded(const World& world, const View& view, const Sun& sun);
+bool shaded(const World& world, const CameraView& view, const Sun& sun);
 
 /// No ray can end on the black back of a one-sided surface: every object is a sphere or a closed mesh that the view
 /// is outside of, or has two sides.
-bool no_dark_backs(const World& world, const View& view);
+bool no_dark_backs(const World& world, const CameraView& view);
 
 }  // namespace obscura::detail

@@ -89,10 +89,10 @@ inline constexpr double kMostDoubt = 0.5;
 /// The estimate in the ball about x, and where its nearest photon is. `resolved` tells whether the
 /// cubature has met enough of the medium.
 /// @param at_photon  x is the place of a photon, which is not counted
-template <class Extinction, class Weight, class Sight>
+template <class Extinction, class Weight, class Surroundings>
 Estimate estimate_in_ball(const PhotonMap& map, const Vec3d& x, const Extinction& extinction, const Weight& weight,
-                          const Sight& sight, const GatherSettings& settings, bool at_photon, Vec3d& neighbour,
-                          bool& resolved) noexcept {
+                          const Surroundings& surroundings, const GatherSettings& settings, bool at_photon,
+                          Vec3d& neighbour, bool& resolved) noexcept {
   Estimate result;
   resolved = true;
 
@@ -119,7 +119,7 @@ Estimate estimate_in_ball(const PhotonMap& map, const Vec3d& x, const Extinction
   if (!(radius > 0) || (!cut && nearest.all_equal())) return result;
 
   // Where surfaces stand in the ball, it ends at them.
-  const bool obstructed = sight.obstructed(x, radius);
+  const bool obstructed = surroundings.obstructed(x, radius);
 
   // The denominator: extinction under the kernel, for the ball and for the one of radius / sqrt 2, by
   // rounds of points that are turned independently, until they agree.
@@ -130,12 +130,12 @@ Estimate estimate_in_ball(const PhotonMap& map, const Vec3d& x, const Extinction
   const int enough = std::clamp(settings.rounds, 2, detail::kMostRounds);
   for (int until = 2;; until = std::min(2 * until, detail::kMostRounds)) {
     for (; rounds < until; ++rounds) {
-      const detail::Rotation turn = detail::rotation_at(sight.key(x), rounds);
+      const detail::Rotation turn = detail::rotation_at(surroundings.key(x), rounds);
       for (const detail::BallPoint& point : points) {
         const Vec3d d = point.x * turn.x + point.y * turn.y + point.z * turn.z;
         const Vec3d y = x + radius * d;
         const double k = extinction(y);
-        if (!(k > 0) || (obstructed && !sight.sees(x, y))) continue;
+        if (!(k > 0) || (obstructed && !surroundings.sees(x, y))) continue;
         outer[rounds].add(k, d);
         if (point.inner > 0) inner[rounds].add(k * point.inner, d);
       }
@@ -167,7 +167,7 @@ Estimate estimate_in_ball(const PhotonMap& map, const Vec3d& x, const Extinction
     const float distance2 = nearest.distance2(i);
     if (!(distance2 < rim)) continue;
     const Vec3d there = x + Vec3d(map.offset(local, nearest.index(i)));
-    if (obstructed && !sight.sees(x, there)) continue;
+    if (obstructed && !surroundings.sees(x, there)) continue;
     if (distance2 < closest) {
       closest = distance2;
       neighbour = there;
@@ -191,7 +191,7 @@ Estimate estimate_in_ball(const PhotonMap& map, const Vec3d& x, const Extinction
     return result;
   }
 
-  const double norm = detail::kernel_norm(settings.kernel) / (radius * radius2 * map.emitted());
+  const double norm = detail::kernel_norm(settings.kernel) / (radius * radius2);
   double sum = 0;
   for (double& batch : result.batch) {
     batch *= norm * kBatches;
@@ -214,24 +214,25 @@ Estimate estimate_in_ball(const PhotonMap& map, const Vec3d& x, const Extinction
 /// Where the map has no more than k photons, the farthest of all gives the radius and is not counted: in
 /// a ball that holds the whole cloud the mean is still right. Photons at one place only, or a single one,
 /// have no density: value 0.
-/// @param sight       obstructed(x, radius): whether a surface stands in the ball; only then it is asked
+/// @param surroundings  obstructed(x, radius): whether a surface stands in the ball; only then it is asked
 ///                    sees(x, y). Photons and medium that x does not see are left out. key(x) names the
 ///                    cubature's random rotation.
 /// In a wisp so far from all else that the ball only just reaches what holds the photons, the cubature
 /// cannot resolve the denominator: the light there is taken to be that at the nearest photon.
-template <class Extinction, class Weight, class Sight = Unobstructed>
+template <class Extinction, class Weight, class Surroundings = Unobstructed>
 Estimate estimate(const PhotonMap& map, const Vec3d& x, const Extinction& extinction, const Weight& weight,
-                  const GatherSettings& settings, const Sight& sight = {}) noexcept {
+                  const GatherSettings& settings, const Surroundings& surroundings = {}) noexcept {
   Vec3d neighbour = x;
   bool resolved;
-  Estimate result = detail::estimate_in_ball(map, x, extinction, weight, sight, settings, false, neighbour, resolved);
+  Estimate result =
+      detail::estimate_in_ball(map, x, extinction, weight, surroundings, settings, false, neighbour, resolved);
   if (resolved || result.photons == 0) return result;
   // A sheet or a thread may fill so little of the ball there that hardly a point of the cubature meets it: of a
   // ball of fewer photons it fills more.
   const Vec3d there = neighbour;
   GatherSettings fewer = settings;
   do {
-    result = detail::estimate_in_ball(map, there, extinction, weight, sight, fewer, true, neighbour, resolved);
+    result = detail::estimate_in_ball(map, there, extinction, weight, surroundings, fewer, true, neighbour, resolved);
     fewer.nearest /= 2;
   } while (!resolved && fewer.nearest >= 8);
   return result;

@@ -21,7 +21,7 @@ constexpr std::uint32_t kParallelBuckets = 256;  // smaller subtrees are built b
 bool before(const Photon& a, const Photon& b, int axis) noexcept {
   if (a.position[axis] != b.position[axis]) return a.position[axis] < b.position[axis];
   const auto key = [](const Photon& p) {
-    return std::tuple(p.position.x, p.position.y, p.position.z, p.batch, p.direction, p.collisions, p.split, p.power);
+    return std::tuple(p.position.x, p.position.y, p.position.z, p.batch, p.direction, p.collisions, p.power);
   };
   return key(a) < key(b);
 }

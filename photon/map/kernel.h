@@ -48,10 +48,4 @@ constexpr double kernel_norm(Kernel kernel) noexcept {
 
 }  // namespace detail
 
-/// K_r in 1/m3 at a squared distance (m2); 0 from the radius (m, > 0) on, the rim itself included.
-inline double kernel_value(Kernel kernel, double distance2, double radius) noexcept {
-  const double u = distance2 / (radius * radius);
-  return u < 1 ? detail::kernel_norm(kernel) / (radius * radius * radius) * detail::kernel_shape(kernel, u) : 0;
-}
-
 }  // namespace obscura

@@ -1,7 +1,6 @@
-// Making and merging maps, and queries that go on over the images of a map that repeats.
+// Making maps, and queries that go on over the images of a map that repeats.
 #include "photon/map/photon_map.h"
 
-#include <cassert>
 #include <limits>
 
 namespace obscura {
@@ -20,9 +19,7 @@ double sum_of_powers(std::span<const Photon> photons) noexcept {
 
 }  // namespace
 
-PhotonMap::PhotonMap(std::vector<Photon> photons, const Vec3d& origin, const Vec3d& period, double emitted)
-    : origin_(origin), period_(period), emitted_(emitted) {
-  assert(emitted > 0);
+PhotonMap::PhotonMap(std::vector<Photon> photons, const Vec3d& period) : period_(period) {
   std::uint64_t images = 1;
   for (int axis = 0; axis < 3; ++axis) {
     if (!(period[axis] > 0)) continue;
@@ -38,20 +35,11 @@ PhotonMap::PhotonMap(std::vector<Photon> photons, const Vec3d& origin, const Vec
     rings_ = images * photons.size() <= std::numeric_limits<std::uint32_t>::max() ? 3 : 1;
   }
   tree_ = KdTree(std::move(photons));
-  power_ = sum_of_powers(tree_.photons()) / emitted_;
-}
-
-PhotonMap PhotonMap::merge(const PhotonMap& a, const PhotonMap& b) {
-  assert(a.origin_ == b.origin_ && a.period_ == b.period_);
-  std::vector<Photon> photons;
-  photons.reserve(a.size() + b.size());
-  photons.insert(photons.end(), a.photons().begin(), a.photons().end());
-  photons.insert(photons.end(), b.photons().begin(), b.photons().end());
-  return PhotonMap(std::move(photons), a.origin_, a.period_, a.emitted_ + b.emitted_);
+  power_ = sum_of_powers(tree_.photons());
 }
 
 Vec3f PhotonMap::local(const Vec3d& x) const noexcept {
-  Vec3d moved = x - origin_;
+  Vec3d moved = x;
   if (periodic_) {
     for (int axis = 0; axis < 3; ++axis) {
       if (period_[axis] > 0) moved[axis] -= period_[axis] * std::floor(moved[axis] / period_[axis]);

@@ -1,5 +1,4 @@
-// All photons of a run with their tree: where the map lies in the world, whether it repeats, and what
-// its powers are relative to. Immutable.
+// All photons of a spectral interval with their tree, and whether the map repeats. Immutable.
 #pragma once
 
 #include <cstdint>
@@ -14,32 +13,22 @@ class PhotonMap {
  public:
   PhotonMap() = default;
 
-  /// @param photons  positions relative to `origin`; taken, wrapped into one cell and reordered
-  /// @param origin   m, in the world; near the photons, since their positions are float
-  /// @param period   m, per axis; 0: the map does not repeat along it. The cell begins at the origin.
-  /// @param emitted  what powers are to be divided by: the number of emitted photons, or 1 where they
-  ///                 have been divided by it already; > 0
-  explicit PhotonMap(std::vector<Photon> photons, const Vec3d& origin = {0, 0, 0}, const Vec3d& period = {0, 0, 0},
-                     double emitted = 1);
-
-  /// The map of both sets of photons, each power relative to the sum of the emitted. Origin and period
-  /// must be the same. Associative and commutative to the bit.
-  static PhotonMap merge(const PhotonMap& a, const PhotonMap& b);
+  /// @param photons  in the World's map frame; taken, wrapped into one cell and reordered
+  /// @param period   m, per axis; 0: the map does not repeat along it. The cell begins at the frame's origin.
+  explicit PhotonMap(std::vector<Photon> photons, const Vec3d& period = {0, 0, 0});
 
   std::size_t size() const noexcept { return tree_.photons().size(); }
   /// In an order that depends on nothing but the photons themselves.
   std::span<const Photon> photons() const noexcept { return tree_.photons(); }
   const KdTree& tree() const noexcept { return tree_; }
-  const Vec3d& origin() const noexcept { return origin_; }
   const Vec3d& period() const noexcept { return period_; }
   bool periodic() const noexcept { return periodic_; }
-  double emitted() const noexcept { return emitted_; }
-  /// Sum of the photons' powers / emitted, W.
+  /// Sum of the photons' powers, W.
   double power() const noexcept { return power_; }
   std::uint64_t bytes() const noexcept { return tree_.bytes(); }
 
-  /// A query point as the tree sees it: relative to the origin and, where the map repeats, moved by
-  /// whole periods next to the photons.
+  /// A query point (m, in the map frame) as the tree sees it: where the map repeats, moved by whole
+  /// periods next to the photons.
   Vec3f local(const Vec3d& x) const noexcept;
   /// Photons around a local point, those of neighbouring cells included. Where the map repeats they are
   /// found to a distance of reach().
@@ -54,12 +43,10 @@ class PhotonMap {
 
  private:
   KdTree tree_;
-  Vec3d origin_{0, 0, 0};
   Vec3d period_{0, 0, 0};
   bool periodic_ = false;
   int rings_ = 0;          // images searched to either side
   Vec3f middle_{0, 0, 0};  // of the cell
-  double emitted_ = 1;
   double power_ = 0;
 };
 

@@ -75,7 +75,7 @@ Estimate surface_estimate(const World& world, int interval, const PhotonMap& map
     result.batch[photon.batch % kBatches] += light * detail::disc_kernel(settings.kernel, u);
     if (2 * u < 1) inner_sum += 2 * light * detail::disc_kernel(settings.kernel, 2 * u);
   }
-  const double norm = 1 / (rim * map.emitted());
+  const double norm = 1 / rim;
   double sum = 0;
   for (double& batch : result.batch) {
     batch *= norm * kBatches / cover.whole;

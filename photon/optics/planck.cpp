@@ -145,13 +145,6 @@ double invert(std::span<const Piece> pieces, double target) noexcept {
   return K;
 }
 
-// One piece with response 1.
-Piece plain(double um_min, double um_max) noexcept { return {um_min, um_max, 1, 1}; }
-
-std::span<const Piece> as_span(const Piece& piece) noexcept {
-  return {&piece, piece.um_max > piece.um_min ? std::size_t{1} : std::size_t{0}};
-}
-
 }  // namespace
 
 double planck_spectral(double um, double K) noexcept {
@@ -163,32 +156,11 @@ double planck_spectral(double um, double K) noexcept {
   return value >= kSmallest ? value : 0.0;
 }
 
-double planck_spectral_derivative(double um, double K) noexcept {
-  if (!(K > 0)) return K != K ? K : 0.0;
-  const double x = kC2 / (um * K);
-  return planck_spectral(um, K) * x / -std::expm1(-x) / K;
-}
-
 double brightness_temperature(double um, double spectral_radiance) noexcept {
   if (!(spectral_radiance > 0)) return spectral_radiance != spectral_radiance ? spectral_radiance : 0.0;
   const double a = std::log(kC1) - 5 * std::log(um) - std::log(spectral_radiance);
   const double ratio = kC1 / (um * um * um * um * um) / spectral_radiance;
   return kC2 / um / (ratio < 1e300 ? std::log1p(ratio) : log1p_exp(a));
-}
-
-double planck_band(double um_min, double um_max, double K) noexcept {
-  const Piece piece = plain(um_min, um_max);
-  return radiance(as_span(piece), K);
-}
-
-double planck_band_derivative(double um_min, double um_max, double K) noexcept {
-  const Piece piece = plain(um_min, um_max);
-  return derivative(as_span(piece), K);
-}
-
-double brightness_temperature(double um_min, double um_max, double radiance) noexcept {
-  const Piece piece = plain(um_min, um_max);
-  return invert(as_span(piece), radiance);
 }
 
 WeightedPlanck::WeightedPlanck(double um_min, double um_max, const Spectrum& response) {

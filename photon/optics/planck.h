@@ -16,18 +16,8 @@ inline constexpr double kStefanBoltzmann = 5.670374419184429e-8;  // W/m2/K4
 
 /// Spectral radiance at one wavelength, W/m2/sr/um; 0 where K <= 0 or the result is below 1e-300.
 double planck_spectral(double um, double K) noexcept;
-/// Its derivative with respect to temperature, W/m2/sr/um/K.
-double planck_spectral_derivative(double um, double K) noexcept;
 /// Temperature of the blackbody with this spectral radiance; 0 where it is <= 0.
 double brightness_temperature(double um, double spectral_radiance) noexcept;
-
-/// Radiance of the band [um_min, um_max], W/m2/sr: relative error below 1e-10 for 0.3-100 um and
-/// 2-10,000 K, however narrow the band; 0 where K <= 0 or the result is below 1e-300.
-double planck_band(double um_min, double um_max, double K) noexcept;
-/// Its derivative with respect to temperature, W/m2/sr/K.
-double planck_band_derivative(double um_min, double um_max, double K) noexcept;
-/// Temperature of the blackbody with this band radiance; 0 where it is <= 0.
-double brightness_temperature(double um_min, double um_max, double radiance) noexcept;
 
 /// Radiance and what interpolation and inversion need, in logarithms so that nothing underflows.
 struct LogPlanck {
@@ -36,9 +26,10 @@ struct LogPlanck {
   double second;  ///< K^2 / L * d2L / dK2
 };
 
-/// Integral of response(um) B(um, K) over [um_min, um_max], exact for the piecewise-linear response
-/// (same accuracy as planck_band). Immutable; evaluation is noexcept and does not allocate; costs
-/// about a quarter of a microsecond per linear piece of the response (see PlanckTable for kernels).
+/// Integral of response(um) B(um, K) over [um_min, um_max], exact for the piecewise-linear response:
+/// relative error below 1e-10 for 0.3-100 um and 2-10,000 K, however narrow the band. Immutable;
+/// evaluation is noexcept and does not allocate; costs about a quarter of a microsecond per linear
+/// piece of the response (see PlanckTable for kernels).
 class WeightedPlanck {
  public:
   /// @param response >= 0 in the interval

@@ -13,19 +13,13 @@ inline double one_minus_exp(double tau) noexcept { return -std::expm1(-tau); }
 inline double mean_transmission(double tau) noexcept { return tau > 0 ? -std::expm1(-tau) / tau : 1.0; }
 
 /// Integral of e^(-k s) over s from 0 to `length`, metres: what a source of 1 W/m3/sr at constant
-/// extinction k (1/m, >= 0) adds to the radiance at the near end. Right for k = 0 (the length
-/// itself) and for an infinite length (1 / k).
+/// extinction k (1/m, >= 0) adds to the radiance at the near end, the solution of dL/ds = -k L + 1
+/// (Chandrasekhar, Radiative Transfer, 1960, I.7). Right for k = 0 (the length itself) and for an
+/// infinite length (1 / k).
 inline double effective_length(double extinction, double length) noexcept {
   const double tau = extinction * length;
   if (tau < 1) return length * mean_transmission(tau);
   return extinction > 0 ? -std::expm1(-tau) / extinction : length;
-}
-
-/// Radiance gained on a segment with emission k_a B + k_s J = `emission` (W/m3/sr): the solution of
-/// dL/ds = -k L + emission, less the transmitted part (Chandrasekhar, Radiative Transfer, 1960,
-/// I.7).
-inline double radiance_gain(double emission, double extinction, double length) noexcept {
-  return emission * effective_length(extinction, length);
 }
 
 /// Weights of a source function that is linear in optical depth: the gain of the segment is
@@ -51,8 +45,5 @@ inline LinearSourceWeights linear_source_weights(double tau) noexcept {
   const double mean = mean_transmission(tau);
   return {1 - mean, mean - std::exp(-tau)};
 }
-
-inline double w_near(double tau) noexcept { return linear_source_weights(tau).near; }
-inline double w_far(double tau) noexcept { return linear_source_weights(tau).far; }
 
 }  // namespace obscura

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "octree/base/error.h"
+#include "photon/optics/purpose.h"
 #include "photon/ordinates/ordinates_data.h"
 #include "photon/ordinates/ordinates_solver.h"
 
@@ -85,7 +86,7 @@ double OrdinatesSolution::Data::reflected_far(const SurfacePoint& at) const {
   for (const Sun& sun : world->suns()) {
     const double cosine = sun.toward.dot(at.normal);
     const Ray shadow{at.position, sun.toward, world->surfaces().clearance(), kInfinity};
-    Stream stream(0, 0, 0);
+    Stream stream = StreamName{}.stream();
     if (!(cosine > 0) || world->blocked(shadow, at.id, stream)) continue;
     sum += at.material->diffuse(cosine, at.cosine) * cosine * sun.irradiance[static_cast<std::size_t>(interval)] *
            std::exp(-depth(shadow));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "photon/optics/purpose.h"
 #include "photon/optics/transfer.h"
 #include "photon/ordinates/ordinates_data.h"
 
@@ -33,7 +34,7 @@ struct Stretch {
   void add(double reduced, double scattering, double absorption, double begin, double end) {
     const double d = end - begin, tau = reduced * d;
     const double gain = passed * effective_length(reduced, d);
-    const double far = tau > 0 ? w_far(tau) / tau : 0.5;  // integral of x e^(-tau x)
+    const double far = tau > 0 ? linear_source_weights(tau).far / tau : 0.5;  // integral of x e^(-tau x)
     fluence += gain;
     absorbed += absorption * gain;
     scattered += scattering * gain;
@@ -87,7 +88,7 @@ CellLight sunlight(const Data& data, std::size_t cell, const Sun& sun, const Vec
     }
     const Vec3d entry = transform_point(grid.grid_to_world(), point + ahead * toward);
     const Ray shadow{entry, sun.toward, 0, kInfinity};
-    Stream stream(0, cell, 0);
+    Stream stream = StreamName{.history = cell}.stream();
     if (data.world->blocked({transform_point(grid.grid_to_world(), point), sun.toward, 0, kInfinity}, {}, stream))
       continue;
     const double arriving = irradiance * std::exp(-data.depth(shadow));
@@ -132,7 +133,7 @@ void add_beam(Data& data, const Beam& beam, std::vector<CellLight>& cells) {
     const double r = lines > 1 ? beam.radius * std::sqrt((n + 0.5) / lines) : 0.0;
     const double phi = n * kPi * (3 - std::sqrt(5.0));
     Ray ray{beam.position + r * std::cos(phi) * u + r * std::sin(phi) * v, beam.direction, 0, kInfinity};
-    Stream stream(0, static_cast<std::uint64_t>(n), 0);
+    Stream stream = StreamName{.history = static_cast<std::uint64_t>(n)}.stream();
     ray.t_max = data.world->meet(ray, {}, stream).t;
     double power = beam.power[static_cast<std::size_t>(data.interval)] / lines / grid.cell_volume();
     const Ray local = transform_ray(grid.world_to_grid(), ray);
@@ -184,7 +185,7 @@ void add_forward_light(Data& data, const Sun& sun, const Vec3d& toward) {
         point[first] = (face % n[first] + 0.5 + (place & 1 ? gauss : -gauss)) * h[first];
         point[second] = (face / n[first] + 0.5 + (place & 2 ? gauss : -gauss)) * h[second];
         const Ray back{transform_point(grid.grid_to_world(), point), sun.toward, 0, kInfinity};
-        Stream stream(0, static_cast<std::uint64_t>(face), 0);
+        Stream stream = StreamName{.history = static_cast<std::uint64_t>(face)}.stream();
         if (data.world->blocked(back, {}, stream)) continue;
         double whole = 0;
         data.world->optical_depths(data.interval, {&back, 1}, {&whole, 1});
@@ -205,7 +206,7 @@ void light_surfaces(Data& data, const Sun& sun) {
     const double cosine = side.id.exists() && side.inside ? sun.toward.dot(side.normal) : 0.0;
     if (!(cosine > 0) || !(side.reflectance > 0)) return;
     const Ray shadow{side.position, sun.toward, data.world->surfaces().clearance(), kInfinity};
-    Stream stream(0, 0, 0);
+    Stream stream = StreamName{}.stream();
     if (data.world->blocked(shadow, side.id, stream)) return;
     side.sunlight += cosine * sun.irradiance[static_cast<std::size_t>(data.interval)] * std::exp(-data.depth(shadow));
   });

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "photon/optics/purpose.h"
 #include "photon/ordinates/ordinates_data.h"
 
 namespace obscura {
@@ -100,7 +101,7 @@ OrdinatesEstimate OrdinatesSolution::fluence_at(const Vec3d& point) const {
   fluence.error = 2 * std::sqrt(squares) + kTolerance * fluence.value;
   for (const Sun& sun : world.suns()) {
     const Ray shadow{point, sun.toward, 0, kInfinity};
-    Stream stream(0, 0, 0);
+    Stream stream = StreamName{}.stream();
     if (world.blocked(shadow, {}, stream)) continue;
     double depth = 0;
     world.optical_depths(data_->interval, {&shadow, 1}, {&depth, 1});

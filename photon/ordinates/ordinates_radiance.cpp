@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "photon/optics/purpose.h"
 #include "photon/optics/transfer.h"
 #include "photon/ordinates/ordinates_data.h"
 
@@ -46,7 +47,7 @@ class View {
   Incoming look() {
     Incoming in;
     double depth = 0;
-    Stream stream(0, 0, 0);
+    Stream stream = StreamName{}.stream();
     const SurfaceHit hit = data_.world->meet(ray_, from_, stream);
     ray_.t_max = std::min(ray_.t_max, hit.t);
     in.distance = hit.t;
@@ -207,7 +208,7 @@ class View {
           const double at = tau > 1e-6 ? -std::log1p(-u * one_minus_exp(tau)) / tau : u;
           const double t = piece.begin + (i + at) * step;
           const Ray shadow{ray_.at(t), sun.toward, 0, kInfinity};
-          Stream stream(0, 0, 0);
+          Stream stream = StreamName{}.stream();
           if (data_.world->blocked(shadow, {}, stream)) continue;
           radiance_ += 0.5 * seen * through_air(t) * piece.optics.scattering * phase * sun.irradiance[interval] *
                        std::exp(-data_.depth(shadow));
@@ -249,7 +250,7 @@ class View {
         const Vec3d toward = r * std::cos(phi) * east + r * std::sin(phi) * north + std::sqrt(1 - r * r) * sun.toward;
         const double cosine = toward.dot(at.normal);
         const Ray shadow{at.position, toward.normalized(), clearance, kInfinity};
-        Stream stream(0, 0, 0);
+        Stream stream = StreamName{}.stream();
         if (!(cosine > 0) || world.blocked(shadow, at.id, stream)) continue;
         const double irradiance = sun.irradiance[static_cast<std::size_t>(data_.interval)] / places;
         sum += at.material->diffuse(cosine, at.cosine) * cosine * irradiance * std::exp(-data_.depth(shadow));

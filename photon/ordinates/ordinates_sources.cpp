@@ -1,6 +1,7 @@
 // What discrete ordinates start from: emission, first collisions, and light from surfaces beyond the grid.
 #include <tbb/parallel_for.h>
 
+#include "photon/optics/purpose.h"
 #include "photon/ordinates/ordinates_solver.h"
 
 namespace obscura::detail {
@@ -44,7 +45,7 @@ void OrdinatesSolver::look_outside() {
       const Vec3d from = transform_point(grid.grid_to_world(), point);
       for (int o = 0; o < data_.set.per_octant(); ++o) {
         const Ray ray{from, -transform_direction(grid.grid_to_world(), data_.set.direction(octant, o)), 0, kInfinity};
-        Stream stream(0, 0, 0);
+        Stream stream = StreamName{}.stream();
         const SurfaceHit hit = world.meet(ray, {}, stream);
         if (!hit.exists()) continue;
         const SurfacePoint at = world.surface_at(data_.interval, ray, hit);

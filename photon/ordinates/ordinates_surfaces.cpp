@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "octree/base/error.h"
+#include "photon/optics/purpose.h"
 
 namespace obscura {
 namespace {
@@ -66,7 +67,7 @@ OrdinatesSurfaces::OrdinatesSurfaces(const World& world, int interval, const Ord
           int met = 0;
           for (const bool looks_up : {false, true}) {
             const Ray ray{looks_up ? high : low, looks_up ? -up : up, 0, h[axis]};
-            Stream stream(0, 0, 0);
+            Stream stream = StreamName{}.stream();
             const SurfaceHit hit = world.meet(ray, {}, stream);
             OrdinatesSide& side = pair[looks_up ? 1 : 0];
             side.axis = axis;

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "photon/optics/purpose.h"
 #include "photon/optics/sampling.h"
 #include "photon/paths/radiance.h"
 #include "photon/world/footprint.h"
@@ -98,8 +99,7 @@ struct Shadow {
 /// that what varies evenly over a disc cancels.
 class DiscPlaces {
  public:
-  DiscPlaces(std::uint64_t seed, std::uint64_t history, std::uint32_t purpose) noexcept
-      : stream_(seed, history >> 1, purpose), opposite_(history & 1) {}
+  explicit DiscPlaces(const StreamName& ray) noexcept : stream_(pair_of(ray).stream()), opposite_(ray.history & 1) {}
   Vec3d toward(const Sun& sun) noexcept {
     if (!(sun.diameter > 0)) return sun.toward;
     const double u = stream_.uniform();
@@ -108,6 +108,11 @@ class DiscPlaces {
   }
 
  private:
+  static StreamName pair_of(StreamName ray) noexcept {
+    ray.history >>= 1;
+    return ray;
+  }
+
   Stream stream_;
   bool opposite_;
 };

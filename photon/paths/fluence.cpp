@@ -1,6 +1,5 @@
 #include "photon/paths/fluence.h"
 
-#include "octree/base/random.h"
 #include "photon/optics/purpose.h"
 #include "photon/optics/sampling.h"
 
@@ -13,7 +12,7 @@ Fluence fluence(const World& world, int interval, const PhotonMaps* maps, const 
   const int columns = 2 * rows;
   std::vector<Ray> rays;
   std::vector<std::uint64_t> histories;
-  Stream stream(settings.seed, history, purpose_id(Purpose::probe, interval));
+  Stream stream = StreamName{settings.seed, history, Purpose::probe, interval}.stream();
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
       const double u = (row + stream.uniform()) / rows;

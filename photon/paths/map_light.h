@@ -8,7 +8,7 @@ namespace obscura::detail {
 
 /// The surroundings of a point of the map's frame, which end at surfaces. The cubature turns with the ray,
 /// not with the place: what rounding does to a place then shows nowhere.
-struct Sight {
+struct MapSurroundings {
   const World& world;
   Vec3d ray_key;
 
@@ -34,7 +34,7 @@ inline Estimate map_light(const World& world, int interval, const PhotonMaps& ma
       maps.volume, transform_point(world.world_to_map(), at.position()),
       [&](const Vec3d& y) noexcept { return world.extinction_in_map(interval, y); },
       [&](const Vec3d& travel) noexcept { return at.scattering().phase_in_map(travel.dot(outward)); }, settings,
-      Sight{world, key});
+      MapSurroundings{world, key});
 }
 
 inline Estimate map_light(const World& world, int interval, const PhotonMaps& maps, const SurfaceScatterer& at,

@@ -28,7 +28,7 @@ PathFlux path_flux(const World& world, int interval, const PathSettings& setting
   PathSettings without_disc = settings;
   without_disc.parts.sun_disc = false;
   const auto side = [&](const Vec3d& facing, std::uint64_t name) {
-    Stream stream(settings.seed, name, purpose_id(Purpose::probe, interval));
+    Stream stream = StreamName{settings.seed, name, Purpose::probe, interval}.stream();
     std::vector<Ray> places;
     std::vector<std::uint64_t> histories;
     for (int row = 0; row < rows; ++row) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <vector>
 
-#include "octree/base/random.h"
 #include "photon/optics/purpose.h"
 #include "photon/optics/transfer.h"
 #include "photon/paths/gather.h"
@@ -145,7 +144,7 @@ class Pass {
 
   SurfaceHit first_hit(std::size_t i) {
     if (!world_.permeable()) return world_.surfaces().intersect(rays_[i]);
-    Stream stream(settings_.seed, histories_[i], purpose_of(Purpose::radiance, kMeetStep));
+    Stream stream = name_of(i, Purpose::radiance, kMeetStep).stream();
     return world_.meet(rays_[i], {}, stream);
   }
 
@@ -453,17 +452,18 @@ class Pass {
   double air(double distance) const noexcept { return air_ > 0 ? std::exp(-air_ * distance) : 1.0; }
 
   Stream stream_of(const Leg& leg, int step) const noexcept {
-    return {settings_.seed, histories_[leg.owner], purpose_of(Purpose::radiance, step)};
+    return name_of(leg.owner, Purpose::radiance, step).stream();
   }
   detail::DiscPlaces discs_of(const Leg& leg, int step) const noexcept {
-    return {settings_.seed, histories_[leg.owner], purpose_of(Purpose::disc, step)};
+    return detail::DiscPlaces(name_of(leg.owner, Purpose::disc, step));
   }
   Vec3d key_of(const Leg& leg) const noexcept {
     return {static_cast<double>(histories_[leg.owner]), static_cast<double>(settings_.seed),
             static_cast<double>(bounce_)};
   }
-  std::uint32_t purpose_of(Purpose purpose, int step) const noexcept {
-    return purpose_id(purpose, interval_) + 0x10000u * static_cast<std::uint32_t>(bounce_ * kSteps + step);
+  StreamName name_of(std::size_t ray, Purpose purpose, int step) const noexcept {
+    return {settings_.seed, histories_[ray], purpose, interval_,
+            static_cast<std::uint64_t>(bounce_) * kSteps + static_cast<std::uint64_t>(step)};
   }
 
   const World& world_;

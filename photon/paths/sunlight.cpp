@@ -4,7 +4,6 @@
 #include <cmath>
 #include <vector>
 
-#include "octree/base/random.h"
 #include "photon/optics/purpose.h"
 
 namespace obscura {
@@ -35,7 +34,7 @@ void sunlit_shares(const World& world, std::uint64_t seed, std::span<const Ray> 
   std::vector<Ray> toward;
   std::vector<Shadow> shadows;
   for (std::size_t r = 0; r < rays.size(); ++r) {
-    Stream stream(seed, histories[r], purpose_id(Purpose::sunlight));
+    Stream stream = StreamName{seed, histories[r], Purpose::sunlight}.stream();
     const SurfaceHit hit = world.meet(rays[r], {}, stream);
     if (!hit.exists()) continue;
     const SurfacePoint at = world.surface_at(brightest, rays[r], hit);

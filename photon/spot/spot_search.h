@@ -19,9 +19,12 @@ class SpotQuery::Search {
   Criterion operator()(const Spot& spot);
 
  private:
+  /// A search that has looked at more faces than this gives up: the spot is refined.
+  static constexpr int kMostFaces = 4096;
+
   using Fragment = detail::Fragment;
   using Region = detail::SpotRegion;
-  using Sight = detail::Sight;
+  using SeenFace = detail::SeenFace;
 
   /// Rays that are looked along, with where they come from.
   struct Looking {

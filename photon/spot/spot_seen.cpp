@@ -78,7 +78,7 @@ bool Seen::apart(const Normal& a, const Normal& b, double angle, double chord2) 
   return 2 * std::asin(std::min(1.0, 0.5 * std::sqrt(between2))) + a.curl + b.curl > angle;
 }
 
-bool Seen::new_kind(const Sight& sight) {
+bool Seen::new_kind(const SeenFace& sight) {
   for (const Kind& kind : kinds_) {
     if (kind.surface != sight.surface || kind.material != sight.material) continue;
     if (asked_.temperature_K &&
@@ -95,7 +95,7 @@ bool Seen::new_kind(const Sight& sight) {
   return true;
 }
 
-bool Seen::normals_differ(const Sight& sight) {
+bool Seen::normals_differ(const SeenFace& sight) {
   const double most = *asked_.normal;
   const Normal normal{sight.normal, sight.curl};
   if (sight.curl > most) return true;
@@ -117,7 +117,7 @@ bool Seen::normals_differ(const Sight& sight) {
   return false;
 }
 
-bool Seen::temperatures_differ(const Sight& sight) {
+bool Seen::temperatures_differ(const SeenFace& sight) {
   if (sight.radiance_given) {
     const bool differ = plain_ || (given_ && giver_ != sight.surface);
     given_ = true;
@@ -130,7 +130,7 @@ bool Seen::temperatures_differ(const Sight& sight) {
   return given_ || K_high_ - K_low_ > *asked_.temperature_K;
 }
 
-bool Seen::emissivities_differ(const Sight& sight) {
+bool Seen::emissivities_differ(const SeenFace& sight) {
   const Material* material =
       sight.material >= 0 ? &world_.materials()[static_cast<std::size_t>(sight.material)] : nullptr;
   const bool by_angle = material && !material->angle_factor.empty();
@@ -144,7 +144,7 @@ bool Seen::emissivities_differ(const Sight& sight) {
   bool differ = false;
   for (std::size_t i = 0; i < intervals; ++i) {
     // A back emits nothing; a hot sphere is black.
-    const double e = material ? material->emissivity[i] : sight.material == Sight::kHot ? 1.0 : 0.0;
+    const double e = material ? material->emissivity[i] : sight.material == SeenFace::kHot ? 1.0 : 0.0;
     emissivity_low_[i] = std::min(emissivity_low_[i], std::clamp(e * factor.first, 0.0, 1.0));
     emissivity_high_[i] = std::max(emissivity_high_[i], std::clamp(e * factor.second, 0.0, 1.0));
     differ = differ || emissivity_high_[i] - emissivity_low_[i] > *asked_.emissivity;
@@ -152,7 +152,7 @@ bool Seen::emissivities_differ(const Sight& sight) {
   return differ;
 }
 
-Criterion Seen::add(const Sight& sight) {
+Criterion Seen::add(const SeenFace& sight) {
   ++faces_;
   if (asked_.polygons && new_kind(sight) && static_cast<int>(kinds_.size()) + others_ >= *asked_.polygons)
     return Criterion::polygons;

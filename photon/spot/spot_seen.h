@@ -11,7 +11,7 @@
 namespace obscura::detail {
 
 /// A face, or the part of it in the spot.
-struct Sight {
+struct SeenFace {
   std::uint32_t surface = 0;
   int material = 0;          ///< of the World, or one of those below
   Vec3d normal{0, 0, 1};     ///< unit, on the side that is seen
@@ -33,7 +33,7 @@ class Seen {
   }
 
   void clear();
-  Criterion add(const Sight& sight);
+  Criterion add(const SeenFace& sight);
   Criterion add_sky();
   /// Of sun or moon; counts as a polygon.
   Criterion add_disc();
@@ -58,10 +58,10 @@ class Seen {
   }
   /// More than an angle apart, whose chord2() is given.
   static bool apart(const Normal& a, const Normal& b, double angle, double chord2) noexcept;
-  bool new_kind(const Sight& sight);
-  bool normals_differ(const Sight& sight);
-  bool temperatures_differ(const Sight& sight);
-  bool emissivities_differ(const Sight& sight);
+  bool new_kind(const SeenFace& sight);
+  bool normals_differ(const SeenFace& sight);
+  bool temperatures_differ(const SeenFace& sight);
+  bool emissivities_differ(const SeenFace& sight);
 
   const World& world_;
   SpotThresholds asked_;

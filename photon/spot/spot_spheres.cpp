@@ -20,9 +20,9 @@ Criterion SpotQuery::Search::see(const Region& region, const Ball& ball, Level& 
   if (region.height(ball.center) + r < -slack || region.height(ball.center) - r > limit_ + slack)
     return Criterion::none;
 
-  Sight sight;
+  SeenFace sight;
   sight.surface = ball.surface;
-  sight.material = object ? index_->objects()[ball.surface].materials[0] : Sight::kHot;
+  sight.material = object ? index_->objects()[ball.surface].materials[0] : SeenFace::kHot;
   sight.normal = -region.axis();
   sight.curl = kPi;
   sight.near = std::max(0.0, inside ? r - d : region.central() ? d - r : region.height(ball.center) - r);
@@ -31,10 +31,10 @@ Criterion SpotQuery::Search::see(const Region& region, const Ball& ball, Level& 
   sight.radiance_given = !object;
   if (object) {
     const Object& o = index_->objects()[ball.surface];
-    if (inside && !o.double_sided) sight.material = Sight::kBack;
-    sight.K_low = sight.K_high = sight.material == Sight::kBack ? 0.0 : o.K[0];
+    if (inside && !o.double_sided) sight.material = SeenFace::kBack;
+    sight.K_low = sight.K_high = sight.material == SeenFace::kBack ? 0.0 : o.K[0];
     sight.radiance_given =
-        sight.material != Sight::kBack &&
+        sight.material != SeenFace::kBack &&
         std::any_of(o.radiance.begin(), o.radiance.end(), [](const auto& given) { return given.has_value(); });
   }
 

@@ -141,8 +141,8 @@ Light trace_light(const World& world, const TraceSettings& settings, std::span<c
     light.dropped_W += traced.dropped_W;
     light.anomalies += traced.anomalies;
     light.partial = light.partial || traced.partial;
-    light.maps.push_back({PhotonMap(std::move(traced.photons), Vec3d(0), world.map_period()),
-                          PhotonMap(std::move(traced.surface_photons), Vec3d(0), world.map_period())});
+    light.maps.push_back({PhotonMap(std::move(traced.photons), world.map_period()),
+                          PhotonMap(std::move(traced.surface_photons), world.map_period())});
     light.bytes += light.maps.back().volume.bytes() + light.maps.back().surface.bytes();
   }
   return light;

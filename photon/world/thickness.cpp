@@ -4,7 +4,6 @@
 #include <string>
 
 #include "octree/base/error.h"
-#include "octree/base/random.h"
 #include "photon/optics/purpose.h"
 #include "photon/optics/sampling.h"
 
@@ -34,7 +33,7 @@ double largest_optical_depth(const World& world, int interval, int chords) {
   if (world.bounds().isEmpty()) return 0;
   const double radius = 0.5 * world.bounds().size().length();
   std::vector<Ray> rays;
-  Stream stream(0, 0, purpose_id(Purpose::chord, interval));
+  Stream stream = StreamName{0, 0, Purpose::chord, interval}.stream();
   for (int i = 0; i < chords; ++i) {
     // Through a random point of the bounds; the first three along the axes through the middle.
     Vec3d through = world.bounds().center();

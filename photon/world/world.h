@@ -13,6 +13,7 @@
 #include "photon/optics/band.h"
 #include "photon/optics/material.h"
 #include "photon/world/cloud.h"
+#include "photon/world/cloud_frame.h"
 #include "photon/world/face_lights.h"
 #include "photon/world/object.h"
 #include "photon/world/surfaces.h"
@@ -63,22 +64,6 @@ struct WorldContents {
   std::vector<HotSphere> sources;    ///< hot spheres that light the cloud directly
   std::vector<HotSphere> particles;  ///< hot spheres whose light is stored from the first collision
   std::vector<Beam> beams;
-};
-
-/// Where a cloud is and how it repeats.
-struct CloudFrame {
-  Affine world_to_local;
-  Affine local_to_index;
-  Affine world_to_index;
-  Affine map_to_local;
-  Affine map_to_index;
-  Box3d local_bounds;  ///< of the octree's domain, in the cloud's own metres
-  std::array<double, 2> period_m{0, 0};
-  double voxel_m = 0;  ///< longest side of a voxel in the world, m
-
-  bool periodic() const noexcept { return period_m[0] > 0 || period_m[1] > 0; }
-  /// A point of the cloud's own metres, moved into the first cell.
-  Vec3d wrap(Vec3d local) const noexcept;
 };
 
 /// A side of a surface where a ray has met it, at one interval.

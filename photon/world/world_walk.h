@@ -14,27 +14,6 @@
 
 namespace obscura {
 
-/// The ray of one cloud in its own index space, once for a plain cloud and once for every cell that
-/// the ray crosses for a periodic one, front to back.
-class CellRays {
- public:
-  CellRays(const CloudFrame& frame, const Ray& world_ray) noexcept;
-
-  /// The next piece of the ray, or nothing. t keeps its meaning.
-  std::optional<Ray> next() noexcept;
-
- private:
-  // A ray inside a periodic layer never leaves it; this many cells are as good as infinity.
-  static constexpr int kMaxCells = 1 << 20;
-
-  const CloudFrame* frame_;
-  Ray local_;
-  double t_ = 0;
-  std::array<double, 2> cell_{0, 0};
-  int cells_ = 0;
-  bool done_ = false;
-};
-
 /// One cloud's non-empty segments along a ray.
 class CloudStream {
  public:

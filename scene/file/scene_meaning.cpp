@@ -10,46 +10,32 @@
 
 namespace obscura::detail {
 
-void ObjectReader::phase_function(const PhaseDescription& phase, PhaseFunction& function) {
-  const std::string pointer = pointer_to(pointer_, "phase");
-  if (!findings_.good(pointer)) return;
-  switch (phase.kind) {
-    case PhaseKind::isotropic:
+void ObjectReader::phase_table(const PhaseTableDescription& given, PhaseFunction& function) {
+  if (!in_form_) return;
+  afterwards_.emplace_back([this, given, &function] {
+    Table table{{given.angle_deg, given.value}, {}, {}};
+    if (!given.file.empty() && !given.value.empty()) {
+      findings_.problem(pointer_to(pointer_, "value"), "\"file\" and a table are both given", "give one of them");
       return;
-    case PhaseKind::rayleigh:
-      function = PhaseFunction::rayleigh();
-      return;
-    case PhaseKind::henyey_greenstein:
-      function = PhaseFunction::henyey_greenstein(phase.g);
-      return;
-    case PhaseKind::double_henyey_greenstein:
-      function = PhaseFunction::double_henyey_greenstein(phase.g1, phase.g2, phase.weight);
-      return;
-    case PhaseKind::table:
-      break;
-  }
-  Table table{{phase.angle_deg, phase.value}, {}, {}};
-  if (!phase.file.empty() && !phase.value.empty()) {
-    findings_.problem(pointer_to(pointer, "value"), "\"file\" and a table are both given", "give one of them");
-    return;
-  }
-  if (!phase.file.empty()) table = read_table(phase.file, {"angle_deg", "value"});
-  if (!table.problem.empty()) {
-    findings_.problem(pointer_to(pointer, "file"), table.problem, table.hint);
-    return;
-  }
-  try {
-    double norm_change = 0;
-    function = PhaseFunction::table(table.columns[0], table.columns[1], &norm_change);
-    if (std::abs(norm_change) > 0.01) {
-      findings_.warn(
-          fmt::format("{}: the integral over the sphere is {:.4g}; normalised to 1", pointer, 1 + norm_change));
     }
-  } catch (const InputError& error) {
-    for (const Problem& p : error.problems()) {
-      findings_.problem(pointer, p.problem, p.hint.empty() ? "give a value above or at 0 for each angle" : p.hint);
+    if (!given.file.empty()) table = read_table(given.file, {"angle_deg", "value"});
+    if (!table.problem.empty()) {
+      findings_.problem(pointer_to(pointer_, "file"), table.problem, table.hint);
+      return;
     }
-  }
+    try {
+      double norm_change = 0;
+      function = PhaseFunction(TablePhase(table.columns[0], table.columns[1], &norm_change));
+      if (std::abs(norm_change) > 0.01) {
+        findings_.warn(
+            fmt::format("{}: the integral over the sphere is {:.4g}; normalised to 1", pointer_, 1 + norm_change));
+      }
+    } catch (const InputError& error) {
+      for (const Problem& p : error.problems()) {
+        findings_.problem(pointer_, p.problem, p.hint.empty() ? "give a value above or at 0 for each angle" : p.hint);
+      }
+    }
+  });
 }
 
 void ObjectReader::periods(const std::vector<Axis>& axes, const std::vector<double>& periods, CloudDescription& cloud) {

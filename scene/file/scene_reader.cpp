@@ -129,7 +129,7 @@ void ObjectReader::finish() {
     }
     findings_.problem(pointer, fmt::format("unknown key \"{}\"", key), suggest(key, valid));
     // A misspelt key is one mistake, not also a missing one.
-    const Nearest nearest = nearest_word(key, valid);
+    const WordMatch nearest = nearest_word(key, valid);
     if (!nearest.close) continue;
     missing_.erase(
         std::remove_if(missing_.begin(), missing_.end(), [&](const Missing& m) { return m.key == nearest.word; }),
@@ -138,6 +138,8 @@ void ObjectReader::finish() {
   for (const Missing& m : missing_) {
     findings_.problem(pointer_to(pointer_, m.key), fmt::format("\"{}\" is missing", m.key), m.what);
   }
+  if (findings_.problems.size() > problems_) return;
+  for (const std::function<void()>& make : afterwards_) make();
 }
 
 void read_description(Findings& findings, const Json& document, Description& description) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <initializer_list>
 #include <map>
 #include <optional>
@@ -20,7 +21,7 @@
 
 namespace obscura::detail {
 
-struct PhaseDescription;
+struct PhaseTableDescription;
 struct ParticlesDescription;
 
 /// What reading has found so far. Pointers name places in the scene file.
@@ -56,7 +57,7 @@ class Findings {
 class ObjectReader {
  public:
   ObjectReader(Findings& findings, const Json& object, std::string pointer)
-      : findings_(findings), object_(object), pointer_(std::move(pointer)) {}
+      : findings_(findings), object_(object), pointer_(std::move(pointer)), problems_(findings.problems.size()) {}
 
   template <class T>
   void required(const char* key, T& member, const Limits& limits, const char* what) {
@@ -88,17 +89,22 @@ class ObjectReader {
   void sets(T& member, T value) {
     if (in_form_) member = value;
   }
+  template <class T, class Make>
+  void makes(T& member, const Make& make) {
+    if (in_form_) afterwards_.emplace_back([&member, make] { member = make(); });
+  }
   void exactly_one(std::initializer_list<const char*> keys);
 
   // What several keys mean together.
-  void phase_function(const PhaseDescription& phase, PhaseFunction& function);
+  void phase_table(const PhaseTableDescription& given, PhaseFunction& function);
   void periods(const std::vector<Axis>& axes, const std::vector<double>& periods, CloudDescription& cloud);
   void angle_factor(const std::vector<double>& angle_deg, const std::vector<double>& factor,
                     MaterialDescription& material);
   void point_spread(const std::filesystem::path& file, DetectorSettings& detector);
   void particles(const ParticlesDescription& table, std::vector<ParticleDescription>& particles);
 
-  /// Reports unknown keys with the nearest valid one, missing keys and forms that do not match.
+  /// Reports unknown keys with the nearest valid one, missing keys and forms that do not match; where there was no
+  /// problem, makes what is to be made.
   void finish();
 
  private:
@@ -121,11 +127,13 @@ class ObjectReader {
   Findings& findings_;
   const Json& object_;
   std::string pointer_;
+  std::size_t problems_;                // of the scene before this object
   std::vector<std::string> known_;      // keys of this object, or of the form that it has
   std::vector<std::string> elsewhere_;  // keys of its other forms
   std::vector<Missing> missing_;
   std::vector<Form> forms_;
   bool in_form_ = true;
+  std::vector<std::function<void()>> afterwards_;  // what the keys mean, where all are right
 };
 
 /// An object with keys of its own.

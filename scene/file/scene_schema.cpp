@@ -186,6 +186,8 @@ class ObjectSchema {
 
   template <class T>
   void sets(T&, T) {}
+  template <class T, class Make>
+  void makes(T&, const Make&) {}
 
   void exactly_one(std::initializer_list<const char*> names) {
     Json choices = Json::array();
@@ -200,7 +202,7 @@ class ObjectSchema {
     part().choices = std::move(choices);
   }
 
-  void phase_function(const PhaseDescription&, PhaseFunction&) {}
+  void phase_table(const PhaseTableDescription&, PhaseFunction&) {}
   void periods(const std::vector<Axis>&, const std::vector<double>&, CloudDescription&) {}
   void angle_factor(const std::vector<double>&, const std::vector<double>&, MaterialDescription&) {}
   void point_spread(const std::filesystem::path&, DetectorSettings&) {}

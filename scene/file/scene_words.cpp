@@ -47,8 +47,8 @@ double distance(const std::string& word, const std::string& candidate) {
 
 }  // namespace
 
-Nearest nearest_word(std::string_view word, const std::vector<std::string>& candidates) {
-  Nearest nearest;
+WordMatch nearest_word(std::string_view word, const std::vector<std::string>& candidates) {
+  WordMatch nearest;
   double best = std::numeric_limits<double>::infinity();
   const std::string wanted = lower(word.substr(0, 64));
   for (const std::string& candidate : candidates) {
@@ -62,7 +62,7 @@ Nearest nearest_word(std::string_view word, const std::vector<std::string>& cand
 }
 
 std::string suggest(std::string_view word, const std::vector<std::string>& candidates) {
-  const Nearest nearest = nearest_word(word, candidates);
+  const WordMatch nearest = nearest_word(word, candidates);
   if (nearest.word.empty()) return "nothing is allowed here";
   if (nearest.close) return fmt::format("did you mean \"{}\"?", nearest.word);
   return fmt::format("the nearest is \"{}\"; allowed: {}", nearest.word, fmt::join(candidates, ", "));

@@ -19,7 +19,6 @@ class MeshBuilder {
   explicit MeshBuilder(std::filesystem::path file) : path_(std::move(file)) {}
 
   std::size_t vertex_count() const noexcept { return out_.mesh.vertices.size(); }
-  std::size_t polygon_count() const noexcept { return polygons_; }
   /// @throws InputError beyond 2^32 - 2 vertices
   void vertex(const Vec3d& position);
   /// Faces that follow have these names.

@@ -88,7 +88,7 @@ void Session::set(SensorDescription sensor, const RenderDescription& render) {
   scene_.sensor = std::move(sensor);
   if (looks) {
     // Another view may call for what this one did without.
-    const View view = view_of(Camera(camera_of(scene_.sensor)));
+    const CameraView view = view_of(Camera(camera_of(scene_.sensor)));
     summary_ = whole_ ? summarize(World(*whole_), view) : summarize(world(), view);
   }
   set_render(render);

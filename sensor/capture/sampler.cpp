@@ -40,7 +40,7 @@ void Sampler::rays(int x, int y, std::span<const Stratum> strata, int first, std
   std::uint64_t history =
       pixel * static_cast<std::uint64_t>(settings_.max_oversampling) + static_cast<std::uint64_t>(first);
   for (const Stratum& cell : strata) {
-    Stream stream(settings_.seed, history, purpose_id(Purpose::pixel));
+    Stream stream = StreamName{settings_.seed, history, Purpose::pixel}.stream();
     PixelRay ray;
     ray.px = x + cell.x_min + cell.width * stream.uniform();
     ray.py = y + cell.y_min + cell.height * stream.uniform();

@@ -10,8 +10,8 @@ constexpr std::array<int, 2> kMostPlaces = {12, 9};
 
 }  // namespace
 
-View view_of(const Camera& camera) {
-  View view;
+CameraView view_of(const Camera& camera) {
+  CameraView view;
   view.together = 4;
   const std::array<int, 2> pixels = {camera.columns(), camera.rows()};
   const std::array<int, 2> places = {std::min(pixels[0], kMostPlaces[0]), std::min(pixels[1], kMostPlaces[1])};

@@ -8,6 +8,6 @@ namespace obscura {
 
 /// At most 12 x 9 pixels all over the image with 2 x 2 rays each, and the planes that bound the image with a pixel's
 /// margin: ray spots reach beyond the border by half of one. A fisheye has no such planes.
-View view_of(const Camera& camera);
+CameraView view_of(const Camera& camera);
 
 }  // namespace obscura

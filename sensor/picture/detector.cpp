@@ -11,7 +11,6 @@
 #include <limits>
 
 #include "octree/base/math.h"
-#include "octree/base/random.h"
 #include "photon/optics/purpose.h"
 
 namespace obscura {
@@ -26,7 +25,8 @@ std::array<double, 2> normal_pair(Stream& stream) noexcept {
 
 // Frames of one seed at different times have different noise.
 std::uint64_t noise_seed(const DetectorFrame& frame) noexcept {
-  Stream stream(frame.seed, std::bit_cast<std::uint64_t>(frame.time_s + 0.0), purpose_id(Purpose::detector_noise));
+  Stream stream =
+      StreamName{frame.seed, std::bit_cast<std::uint64_t>(frame.time_s + 0.0), Purpose::detector_noise}.stream();
   const std::uint64_t high = stream.bits();
   return high << 32 | stream.bits();
 }
@@ -85,7 +85,7 @@ struct PixelResponse {
 
 PixelResponse response_of(const DetectorSettings& settings, std::uint64_t seed, std::size_t pixel, int band) noexcept {
   PixelResponse response;
-  Stream stream(seed, pixel, purpose_id(Purpose::detector_pattern, band));
+  Stream stream = StreamName{seed, pixel, Purpose::detector_pattern, band}.stream();
   response.dead = stream.uniform() < settings.dead_share;
   if (settings.gain_nonuniformity > 0 || settings.offset_nonuniformity > 0) {
     const auto [gain, offset] = normal_pair(stream);
@@ -120,7 +120,7 @@ DetectorTally read_out(const std::vector<double>& radiance, const std::vector<bo
       const PixelResponse pixel = response_of(settings, device, i, band);
       double value = radiance[i];
       if (sigma > 0) {
-        Stream stream(noise, i, purpose_id(Purpose::detector_noise, band));
+        Stream stream = StreamName{noise, i, Purpose::detector_noise, band}.stream();
         value += sigma * normal_pair(stream)[0];
       }
       value = pixel.dead ? 0 : pixel.gain * value + pixel.offset;

@@ -49,8 +49,8 @@ std::vector<std::vector<std::pair<std::uint32_t, float>>> object_shares(const Wo
       for (int k = 0; k < lines; ++k) {
         const auto ray = camera.ray(x + (k % kMaskLines + 0.5) / kMaskLines, y + (k / kMaskLines + 0.5) / kMaskLines);
         if (!ray) continue;
-        Stream stream(0, static_cast<std::uint64_t>(pixel) * lines + static_cast<std::uint64_t>(k),
-                      purpose_id(Purpose::pixel));
+        const std::uint64_t line = static_cast<std::uint64_t>(pixel) * lines + static_cast<std::uint64_t>(k);
+        Stream stream = StreamName{0, line, Purpose::pixel}.stream();
         const std::uint32_t surface = world.meet(*ray, {}, stream).id.surface;
         if (surface >= world.objects().size()) continue;
         const auto same = std::find_if(row.begin() + static_cast<std::ptrdiff_t>(first), row.end(),
@@ -80,7 +80,7 @@ SightRays sight_rays(const Camera& camera, const ObjectMask& mask, int lines_per
       const bool object = mask.share[pixel] > 0;
       if (!object && !mask.ring[pixel]) continue;
       const std::int32_t slot = object ? static_cast<std::int32_t>(result.pixels++) : -1;
-      Stream stream(seed, pixel, purpose_id(Purpose::pixel));
+      Stream stream = StreamName{seed, pixel, Purpose::pixel}.stream();
       for (int k = 0; k < lines_per_pixel; ++k) {
         const Stratum cell = stratum(k, lines_per_pixel);
         const double px = x + cell.x_min + cell.width * stream.uniform();

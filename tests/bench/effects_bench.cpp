@@ -265,7 +265,7 @@ Radiances single_scattering(const World& world, const std::vector<Ray>& rays, in
         const double lost = one_minus_exp(depth[i]);
         if (!(lost > 0)) continue;
         const int count = std::max(1, static_cast<int>(std::ceil(lost * points)));
-        Stream stream(1, first + i, purpose_id(Purpose::radiance));
+        Stream stream = StreamName{1, first + i, Purpose::radiance}.stream();
         const Ray ray = transform_ray(to_index, some[i]);
         for (int k = 0; k < count; ++k) {
           const double u = (k + stream.uniform()) / count;
@@ -324,7 +324,7 @@ std::vector<Photon> minimal_photons(const World& world, const PhotonEmitter& emi
       for (std::uint64_t i = begin; i < std::min(begin + 2048, count); ++i) {
         const EmittedPhoton photon = emitter.emit(numbers.point(static_cast<std::uint32_t>(i)), cache);
         active.push_back({photon.position, photon.direction, photon.power / static_cast<double>(photons), 0,
-                          Stream(1, first + i, purpose_id(Purpose::tracing))});
+                          StreamName{1, first + i, Purpose::tracing}.stream()});
       }
       while (!active.empty()) {
         flights.clear();
@@ -345,7 +345,7 @@ std::vector<Photon> minimal_photons(const World& world, const PhotonEmitter& emi
             photon.position = Vec3f(transform_point(world.world_to_map(), h.position));
             photon.direction = encode_direction(h.direction);
             photon.power = static_cast<float>(h.power);
-            photon.batch = static_cast<std::uint8_t>(batch);
+            photon.batch = static_cast<std::uint16_t>(batch);
             photon.collisions = static_cast<std::uint16_t>(h.collisions - 1);
             stored.push_back(photon);
           }

@@ -40,7 +40,7 @@ std::vector<Photon> make_photons(int count, bool clustered) {
     photons[i].position = Vec3f(100.0 * p);
     photons[i].direction = encode_direction({1, 0, 0});
     photons[i].power = 1.0f / static_cast<float>(count);
-    photons[i].batch = static_cast<std::uint8_t>(i % kBatches);
+    photons[i].batch = static_cast<std::uint16_t>(i % kBatches);
   }
   return photons;
 }

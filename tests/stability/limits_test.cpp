@@ -3,10 +3,10 @@
 #include <catch2/catch.hpp>
 
 #include "octree/base/error.h"
-#include "photon/optics/planck.h"
 #include "photon/ordinates/ordinates.h"
 #include "tests/support/agree.h"
 #include "tests/support/estimators.h"
+#include "tests/support/planck_band.h"
 
 using namespace obscura;
 using namespace obscura::test;
@@ -212,7 +212,7 @@ TEST_CASE("250 K beside 3000 K: each ray has its voxels' own Planck radiance", "
     contents.bands.emplace_back("mwir", 3.0, 5.0, 1, Spectrum::constant(1));
     contents.clouds.push_back(cloud);
     const World world(contents);
-    const double cold = planck_band(3, 5, 250), hot = planck_band(3, 5, 3000);
+    const double cold = test::planck_band(3, 5, 250), hot = test::planck_band(3, 5, 3000);
     CHECK(hot > 1e5 * cold);
     const auto layers = [&](bool cold_first) {
       double radiance = 0, transmission = 1;

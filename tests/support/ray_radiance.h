@@ -46,7 +46,7 @@ Gathered gather(const Octree& tree, const Ray& ray, Extinction&& extinction, Sou
   walk(tree, transform_ray(tree.local_to_index(), ray), [&](double begin, double end, const Walk& segment) {
     const double k = extinction(segment);
     const double d = end - begin;
-    g.radiance += g.transmission() * radiance_gain(k * source(segment), k, d);
+    g.radiance += g.transmission() * k * source(segment) * effective_length(k, d);
     g.depth += k * d;
     g.length += d;
     return true;

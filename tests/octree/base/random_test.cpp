@@ -28,7 +28,7 @@ TEST_CASE("a stream is its counter block by block", "[base][random]") {
   }
 }
 
-TEST_CASE("streams differ in seed, history and purpose", "[base][random]") {
+TEST_CASE("streams differ in seed, history, purpose and what more is told of it", "[base][random]") {
   const std::uint32_t first = Stream(1, 2, 3).bits();
   CHECK(first == Stream(1, 2, 3).bits());
   CHECK(first != Stream(2, 2, 3).bits());
@@ -36,6 +36,9 @@ TEST_CASE("streams differ in seed, history and purpose", "[base][random]") {
   CHECK(first != Stream(1, 2, 4).bits());
   CHECK(first != Stream(1ull << 32, 2, 3).bits());
   CHECK(first != Stream(1, 1ull << 32, 3).bits());
+  CHECK(first == Stream(1, 2, 3, 0).bits());
+  CHECK(first != Stream(1, 2, 3, 1).bits());
+  CHECK(first != Stream(1, 2, 3, 1ull << 63).bits());
 }
 
 TEST_CASE("uniform numbers are uniform, open and independent of their neighbours", "[base][random]") {

@@ -31,7 +31,7 @@ std::vector<Photon> make_photons(int count, Cloud cloud, std::uint64_t seed) {
     if (cloud == Cloud::one_place) p = Vec3f(0.5f, -0.25f, 3.0f);
     photons[i].position = p;
     photons[i].power = static_cast<float>(i);
-    photons[i].batch = static_cast<std::uint8_t>(i % kBatches);
+    photons[i].batch = static_cast<std::uint16_t>(i % kBatches);
   }
   return photons;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "octree/base/error.h"
+#include "tests/support/planck_band.h"
 
 using namespace obscura;
 
@@ -48,11 +49,11 @@ TEST_CASE("the intervals add up to the band's Planck radiance", "[photon][band]"
       }
     }
   }
-  CHECK(relative(Band("lwir", 8, 12).planck(300), planck_band(8, 12, 300)) < 1e-15);
+  CHECK(relative(Band("lwir", 8, 12).planck(300), test::planck_band(8, 12, 300)) < 1e-15);
   CHECK(Band("lwir", 8, 12).planck(0) == 0);
   CHECK(Band("lwir", 8, 12).brightness_temperature(-1) == 0);
   // The response is not normalised: twice the response, twice the radiance.
-  CHECK(relative(Band("b", 8, 12, 1, 2).planck(300), 2 * planck_band(8, 12, 300)) < 1e-15);
+  CHECK(relative(Band("b", 8, 12, 1, 2).planck(300), 2 * test::planck_band(8, 12, 300)) < 1e-15);
 }
 
 TEST_CASE("the effective wavelength is the mean weighted with the response", "[photon][band]") {

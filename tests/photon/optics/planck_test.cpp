@@ -7,10 +7,12 @@
 #include "photon/optics/band.h"
 #include "photon/optics/planck_table.h"
 #include "tests/support/places.h"
+#include "tests/support/planck_band.h"
 #include "tests/support/verified.h"
 
 using namespace obscura;
 using test::Csv;
+using test::planck_band;
 
 namespace {
 
@@ -38,6 +40,14 @@ long double brute_band(double um_min, double um_max, double K) {
     y += step;
   }
   return sum;
+}
+
+double planck_band_derivative(double um_min, double um_max, double K) {
+  return test::band(um_min, um_max).derivative(K);
+}
+
+double brightness_temperature(double um_min, double um_max, double radiance) {
+  return test::band(um_min, um_max).brightness_temperature(radiance);
 }
 
 }  // namespace
@@ -203,7 +213,6 @@ TEST_CASE("no temperature gives no radiance", "[photon][planck]") {
     CHECK(planck_band(8, 12, K) == 0);
     CHECK(planck_band_derivative(8, 12, K) == 0);
     CHECK(planck_spectral(10, K) == 0);
-    CHECK(planck_spectral_derivative(10, K) == 0);
   }
 }
 
@@ -214,8 +223,6 @@ TEST_CASE("the derivative is the slope of the radiance", "[photon][planck]") {
       return (8 * (f(K + h) - f(K - h)) - (f(K + 2 * h) - f(K - 2 * h))) / (12 * h);
     };
     CHECK(relative(planck_band_derivative(3, 5, K), five_point([](double t) { return planck_band(3, 5, t); })) < 1e-8);
-    CHECK(relative(planck_spectral_derivative(4, K), five_point([](double t) { return planck_spectral(4, t); })) <
-          1e-8);
   }
 }
 

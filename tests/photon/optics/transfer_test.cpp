@@ -16,6 +16,9 @@ bool close(double value, double reference) {
   return std::abs(value - reference) <= 1e-13 * std::abs(reference) + 5e-324;
 }
 
+double w_near(double tau) { return linear_source_weights(tau).near; }
+double w_far(double tau) { return linear_source_weights(tau).far; }
+
 }  // namespace
 
 TEST_CASE("segment functions keep 1e-13 from 1e-300 to 1e300", "[photon][transfer]") {
@@ -61,20 +64,20 @@ TEST_CASE("both weights add up to the loss, also where the formula changes", "[p
 
 TEST_CASE("a segment gains what the transfer equation says", "[photon][transfer]") {
   // Thin: emission times length; thick: the source function; none: the length itself.
-  CHECK(radiance_gain(3, 0, 7) == 21);
-  CHECK(radiance_gain(3, 1e-300, 7) == 21);
-  CHECK(radiance_gain(3, 5e-324, 7) == 21);
-  CHECK(radiance_gain(3, 2, kInfinity) == 1.5);
-  CHECK(radiance_gain(3, 2, 1e300) == 1.5);
-  CHECK(radiance_gain(3, 1e300, 1e300) == Approx(3e-300));
-  CHECK(radiance_gain(3, 2, 0) == 0);
+  CHECK(3 * effective_length(0, 7) == 21);
+  CHECK(3 * effective_length(1e-300, 7) == 21);
+  CHECK(3 * effective_length(5e-324, 7) == 21);
+  CHECK(3 * effective_length(2, kInfinity) == 1.5);
+  CHECK(3 * effective_length(2, 1e300) == 1.5);
+  CHECK(3 * effective_length(1e300, 1e300) == Approx(3e-300));
+  CHECK(3 * effective_length(2, 0) == 0);
   CHECK(effective_length(0, kInfinity) == kInfinity);
   CHECK(close(effective_length(0.5, 2), 2 * (1 - std::exp(-1.0))));
 
   // Two segments in a row are one: gain and transmission compose.
   for (const double k : {1e-9, 0.1, 1.0, 50.0}) {
-    const double whole = radiance_gain(3, k, 2);
-    const double parts = radiance_gain(3, k, 0.7) + std::exp(-0.7 * k) * radiance_gain(3, k, 1.3);
+    const double whole = 3 * effective_length(k, 2);
+    const double parts = 3 * effective_length(k, 0.7) + std::exp(-0.7 * k) * 3 * effective_length(k, 1.3);
     CHECK(close(whole, parts));
   }
 }
