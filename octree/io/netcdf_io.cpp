@@ -10,8 +10,8 @@
 #include <optional>
 
 #include "octree/base/error.h"
-#include "octree/io/file_readers.h"
 #include "octree/io/netcdf_axes.h"
+#include "octree/io/reading.h"
 #include "octree/source/slabs.h"
 
 namespace obscura::detail {

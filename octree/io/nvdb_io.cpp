@@ -1,6 +1,6 @@
 // Reads and inspects NanoVDB files: floats of every width that NanoVDB stores, doubles, integers, masks.
 #include "octree/base/error.h"
-#include "octree/io/file_readers.h"
+#include "octree/io/reading.h"
 #include "octree/source/sparse_grid.h"
 
 #define NANOVDB_USE_ZIP
@@ -237,16 +237,7 @@ GridInfo describe(const std::shared_ptr<const Handle>& handle, const std::string
   return info;
 }
 
-}  // namespace
-
-std::vector<GridInfo> inspect_nvdb(const std::filesystem::path& path) {
-  const File file = read_file(path);
-  std::vector<GridInfo> result;
-  for (const auto& grid : file.grids) result.push_back(describe(grid, file.path));
-  return result;
-}
-
-std::vector<SparseGrid> read_nvdb(const std::filesystem::path& path, const std::vector<GridRequest>& requests) {
+std::vector<SparseGrid> read_grids(const std::filesystem::path& path, const std::vector<GridRequest>& requests) {
   const File file = read_file(path);
   std::vector<std::string> names;
   for (const auto& grid : file.grids) names.emplace_back(grid->gridMetaData()->shortGridName());
@@ -262,6 +253,19 @@ std::vector<SparseGrid> read_nvdb(const std::filesystem::path& path, const std::
                        "name a grid of floats, doubles, integers or booleans");
   }
   return result;
+}
+
+}  // namespace
+
+std::vector<GridInfo> inspect_nvdb(const std::filesystem::path& path) {
+  const File file = read_file(path);
+  std::vector<GridInfo> result;
+  for (const auto& grid : file.grids) result.push_back(describe(grid, file.path));
+  return result;
+}
+
+std::vector<VoxelStream> open_nvdb(const std::filesystem::path& file, const std::vector<GridRequest>& grids) {
+  return open_sparse(file, grids, read_grids);
 }
 
 }  // namespace obscura::detail

@@ -12,7 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "octree/base/error.h"
-#include "octree/io/file_readers.h"
+#include "octree/io/reading.h"
 #include "octree/source/slabs.h"
 
 namespace obscura::detail {

@@ -8,6 +8,7 @@
 
 #include <cmath>
 
+#include "octree/io/volume_formats.h"
 #include "scene/file/scene_json.h"
 #include "scene/file/scene_limits.h"
 
@@ -32,8 +33,7 @@ template <class V>
 void keys(V& v, GridDescription& g) {
   v.form("file");
   v.sets(g.kind, GridKind::file);
-  v.required("file", g.file, files({".vdb", ".nvdb", ".nc", ".txt", ".json"}),
-             "volume: OpenVDB, NanoVDB, NetCDF, LES text or raw voxels");
+  v.required("file", g.file, files(volume_extensions()), "volume: " + volume_format_list());
   v.form("shape", "sphere");
   v.sets(g.kind, GridKind::sphere);
   v.required("radius_m", g.radius_m, above(0), "radius");
@@ -123,6 +123,15 @@ void keys(V& v, TemperatureDescription& t) {
   v.required("K", t.K, at_least(0), "temperature of the whole cloud");
 }
 
+/// ".vdb and .nvdb": volumes that do not say where they end.
+inline std::string formats_without_size() {
+  std::string list;
+  for (const VolumeFormat& format : volume_formats()) {
+    if (!format.tells_lattice_size) list += (list.empty() ? "" : " and ") + format.extensions.front();
+  }
+  return list;
+}
+
 template <class V>
 void keys(V& v, CloudDescription& c) {
   v.optional("name", c.name, any(), "for messages and the report; default cloud1, cloud2, ...");
@@ -141,7 +150,7 @@ void keys(V& v, CloudDescription& c) {
   std::vector<double> periods;
   v.optional("periodic", axes, any(), "axes along which the cloud repeats for ever");
   v.optional("period_m", periods, numbers(1, above(0), false),
-             "one period for each periodic axis; required for .vdb and .nvdb");
+             "one period for each periodic axis; required for " + formats_without_size());
   v.periods(axes, periods, c);
 }
 

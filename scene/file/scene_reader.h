@@ -59,7 +59,7 @@ class ObjectReader {
       : findings_(findings), object_(object), pointer_(std::move(pointer)) {}
 
   template <class T>
-  void required(const char* key, T& member, const Limits& limits, const char* what) {
+  void required(const char* key, T& member, const Limits& limits, const std::string& what) {
     if (!wanted(key)) return;
     if (const Json* value = find(key)) {
       read_member(key, *value, member, limits);
@@ -69,7 +69,7 @@ class ObjectReader {
   }
 
   template <class T>
-  void optional(const char* key, T& member, const Limits& limits, const char*) {
+  void optional(const char* key, T& member, const Limits& limits, const std::string&) {
     if (!wanted(key)) return;
     if (const Json* value = find(key)) read_member(key, *value, member, limits);
   }

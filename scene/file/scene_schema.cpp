@@ -145,13 +145,13 @@ Json default_of(const T& value) {
 class ObjectSchema {
  public:
   template <class T>
-  void required(const char* key, T&, const Limits& limits, const char* what) {
+  void required(const char* key, T&, const Limits& limits, const std::string& what) {
     add(key, schema_of<T>(limits), what);
     part().required.push_back(key);
   }
 
   template <class T>
-  void optional(const char* key, T& member, const Limits& limits, const char* what) {
+  void optional(const char* key, T& member, const Limits& limits, const std::string& what) {
     Json schema = nullable(schema_of<T>(limits));
     if constexpr (IsOptional<T>::value) {
       if constexpr (requires(ObjectSchema & v, typename T::value_type & object) { keys(v, object); }) {
