@@ -61,7 +61,7 @@ class Search {
       error = errors.largest();
       if (error <= tolerance || attempt == 8) {
         report.error_measured = errors.transmission;
-        report.source_error_measured = errors.source;
+        report.emission_error_measured = errors.emission;
         report.rays = detail::MeasuringRays::kCount;
         report.merged_share = std::min(1.0, report.merging_error / tolerance);
         report.quantised_share = std::max(0.0, error / tolerance - report.merged_share);
