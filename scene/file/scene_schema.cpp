@@ -1,5 +1,6 @@
 #include "scene/file/scene_schema.h"
 
+#include <cmath>
 #include <filesystem>
 #include <initializer_list>
 #include <map>
