@@ -61,9 +61,8 @@ void BrickValues::merged(int level, std::size_t cell, std::span<float> result) c
   for (std::size_t c = 0; c < channels_; ++c) {
     double sum = 0;
     const bool weighted = measure_.optical_weight[c] == 0 && weight > 0;
-    for_each_voxel(level, cell, [&](std::size_t i) {
-      sum += static_cast<double>(value(c, i)) * (weighted ? extinction(i) : 1.0);
-    });
+    for_each_voxel(level, cell,
+                   [&](std::size_t i) { sum += static_cast<double>(value(c, i)) * (weighted ? extinction(i) : 1.0); });
     result[c] = static_cast<float>(sum / (weighted ? weight : std::ldexp(1.0, 3 * level)));
   }
 }

@@ -137,10 +137,10 @@ VoxelStream resample(VoxelStream onto, VoxelStream field) {
   const auto state = std::make_shared<const std::pair<VoxelStream, VoxelStream>>(std::move(onto), std::move(field));
   joined.pour = [state, to_field](VoxelSink& sink) {
     const VoxelStream& base = state->first;
-    const VoxelStream& source = state->second;
-    const HeldStream held(source);
+    const VoxelStream& field_stream = state->second;
+    const HeldStream held(field_stream);
     const std::size_t first = base.channels.size();
-    const std::size_t added = source.channels.size();
+    const std::size_t added = field_stream.channels.size();
 
     const auto brick = [&](const Vec3i& corner, const float* const* values) {
       std::vector<float> sampled(512 * added, 0.0f), at(added);
@@ -166,7 +166,7 @@ VoxelStream resample(VoxelStream onto, VoxelStream field) {
         reach.min[axis] = static_cast<int>(std::floor(box.min[axis])) - 1;
         reach.max[axis] = static_cast<int>(std::ceil(box.max[axis])) + 1;
       }
-      const Box3i& filled = source.bounds;
+      const Box3i& filled = field_stream.bounds;
       bool apart = filled.isEmpty();
       for (int axis = 0; axis < 3; ++axis)
         apart = apart || reach.max[axis] <= filled.min[axis] || reach.min[axis] >= filled.max[axis];

@@ -162,23 +162,23 @@ Command add_render(CLI::App& program) {
   app->add_flag("-f,--force", a->force, "Replace outputs that exist");
   app->add_flag("--quiet", a->quiet, "No progress; warnings and errors stay");
 
-  const char* const wish = "In place of the scene's";
+  const char* const edits = "In place of the scene's";
   app->add_option("--method", a->method, "How scattering is found: photon or path (baked is not available yet)")
       ->type_name("M")
-      ->group(wish);
-  app->add_option("--photons", a->photons, "Photons emitted, per band")->type_name("N")->group(wish);
+      ->group(edits);
+  app->add_option("--photons", a->photons, "Photons emitted, per band")->type_name("N")->group(edits);
   app->add_option("--samples", a->samples, "Paths per pixel of final gather and method path")
       ->type_name("N")
-      ->group(wish);
-  app->add_option("--time", a->time, "The picture's time: seconds, or 30s, 5min")->type_name("S")->group(wish);
-  app->add_option("--seed", a->seed, "Seed of all random numbers")->type_name("N")->group(wish);
-  add_effect_option(*app, a->effects)->group(wish);
+      ->group(edits);
+  app->add_option("--time", a->time, "The picture's time: seconds, or 30s, 5min")->type_name("S")->group(edits);
+  app->add_option("--seed", a->seed, "Seed of all random numbers")->type_name("N")->group(edits);
+  add_effect_option(*app, a->effects)->group(edits);
   app->add_option("--set", a->set, "Change any value of the scene, e.g. /sensor/fov_deg=5; may be repeated")
       ->type_name("/POINTER=VALUE")
       ->type_size(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->allow_extra_args(false)
-      ->group(wish);
+      ->group(edits);
 
   add_export_options(*app, a->exports);
 

@@ -33,7 +33,7 @@ void keys(V& v, Description& d) {
   v.optional("clouds", d.clouds, any(), "volumes that emit, absorb and scatter");
   v.optional("objects", d.objects, any(), "surfaces");
   v.optional("materials", d.materials, any(), "materials of surfaces, by name");
-  v.optional("sources", d.sources, any(), "hot spheres");
+  v.optional("sources", d.hot_spheres, any(), "hot spheres");
   std::optional<ParticlesDescription> particles;
   v.optional("particles", particles, any(), "hot particles over time");
   if (particles) v.particles(*particles, d.particles);

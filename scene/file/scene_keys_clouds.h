@@ -138,7 +138,7 @@ void keys(V& v, CloudDescription& c) {
   v.optional("puffs", c.puffs, any(), "a generated smoke cloud");
   v.required("media", c.media, items(1), "what the grids do to light; several add up");
   v.optional("temperature", c.temperature, any(), "absent: the cloud does not emit");
-  v.optional("source", c.source, at_least(0), "in place of Planck: emission = absorption * source");
+  v.optional("source", c.given_radiance, at_least(0), "in place of Planck: emission = absorption * source");
   v.optional("emission", c.emission, at_least(0), "W/m3/sr per unit of density, added as it is");
   v.optional("place", c.place, any(), "where the cloud stands");
   v.later("trajectory", Json::array(), "poses over time");

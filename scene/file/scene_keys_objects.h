@@ -79,7 +79,7 @@ void keys(V& v, MaterialDescription& m) {
 }
 
 template <class V>
-void keys(V& v, SourceDescription& s) {
+void keys(V& v, HotSphereDescription& s) {
   v.optional("name", s.name, any(), "for messages");
   v.required("position_m", s.position_m, any(), "centre");
   v.required("radius_m", s.radius_m, above(0), "radius");

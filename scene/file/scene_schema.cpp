@@ -12,7 +12,7 @@ namespace obscura {
 namespace detail {
 namespace {
 
-// What the reader takes for "not given".
+// The values that count as "not given".
 Json absent_values() { return Json::array({nullptr, Json::object(), Json::array()}); }
 
 Json number_schema(const char* type, const Limits& limits) {
@@ -119,7 +119,7 @@ Json schema_of(const Limits& limits) {
   }
 }
 
-// The default as JSON, where it is a plain value.
+// The default as JSON; null where it is no plain value.
 template <class T>
 Json default_of(const T& value) {
   if constexpr (std::is_same_v<T, std::string>) {
@@ -229,7 +229,7 @@ class ObjectSchema {
     part().properties[key] = std::move(schema);
   }
 
-  // One object; keys of other forms may be there as null.
+  // The schema of an object in one of its forms (null: it has only one). Keys of the other forms may be there as null.
   Json object(const Part& common, const Part* form) const {
     Json properties = form ? form->properties : Json::object();
     for (const auto& [key, schema] : common.properties.items()) properties[key] = schema;

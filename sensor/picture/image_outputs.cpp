@@ -58,8 +58,7 @@ void write_output(const ImageOutput& output, const std::filesystem::path& file, 
   }
   const std::vector<std::string> bands = band_names(image);
   for (std::size_t band = 0; band < bands.size(); ++band) {
-    format->write(
-        {.file = file_of_band(file, bands, band), .image = image, .band = bands[band], .choice = choice});
+    format->write({.file = file_of_band(file, bands, band), .image = image, .band = bands[band], .choice = choice});
   }
 }
 
