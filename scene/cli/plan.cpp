@@ -10,6 +10,7 @@
 #include "edits.h"
 #include "quantities.h"
 #include "scene/file/scene_io.h"
+#include "scene/run/report.h"
 #include "scene/session/session.h"
 
 namespace obscura::cli {
