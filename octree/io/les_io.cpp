@@ -26,7 +26,7 @@
 namespace obscura::detail {
 namespace {
 
-constexpr double kMetres = 1000;  // of the file's km
+constexpr double kMetres = 1000;  // in a km of the file
 
 struct CornerOrder {
   bool operator()(const Vec3i& a, const Vec3i& b) const noexcept {
@@ -136,7 +136,7 @@ class LesReader {
     return number(tokens_[token_++]);
   }
 
-  /// One spacing for all levels: they may be off by 1 % of it and by the rounding of what was printed.
+  /// The one spacing of all levels. A level may be off by 1 % of it and by the rounding of its print.
   double level_spacing(const std::vector<double>& levels) const {
     if (levels.size() == 1) fail("one level doesn't say how thick it is", "give at least two levels");
     const double spacing = (levels.back() - levels.front()) / static_cast<double>(levels.size() - 1);

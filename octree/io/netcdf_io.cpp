@@ -78,7 +78,7 @@ struct Variable {
   int time_place = -1;
   std::size_t times = 1;
   double scale = 1, offset = 0;
-  std::vector<double> fill;  // packed values that mean: nothing here
+  std::vector<double> fill;  // packed values that stand for "no value"
   bool nan_is_fill = false;
 };
 
@@ -110,7 +110,7 @@ FileAxis file_axis(const NetcdfFile& file, int dimension) {
 }
 
 double default_fill(nc_type type) {
-  // Of the types that CF says are filled when nothing was written; bytes are not.
+  // The library's fill value, of types that it fills where nothing was written; it does not fill bytes.
   switch (type) {
     case NC_FLOAT:
       return static_cast<double>(NC_FILL_FLOAT);

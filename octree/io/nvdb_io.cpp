@@ -33,7 +33,7 @@ File read_file(const std::filesystem::path& path) {
   const std::uint64_t size = std::filesystem::file_size(path);
   if (size == 0) throw InputError(result.path, "the file is empty", "copy or write it again");
   try {
-    // The headers first: sizes that the file cannot hold must not be believed.
+    // The headers first: a damaged one may announce more bytes than the file has, and memory would be asked for them.
     for (const auto& meta : nanovdb::io::readGridMetaData(stream)) {
       if (meta.fileSize > size || (meta.codec == nanovdb::io::Codec::NONE && meta.gridSize > size))
         fail(result.path, fmt::format("grid '{}' needs more bytes than the file has", meta.gridName));

@@ -106,7 +106,7 @@ class Reader {
     for (int axis = 0; axis < 3; ++axis) grid.index_to_local[3][axis] = origin[axis];
     if (!problems.empty()) return grid;
 
-    // The array's size is known beforehand, to the byte.
+    // The description tells the size of the array to the byte.
     std::error_code error;
     const std::uint64_t size = std::filesystem::file_size(grid.file, error);
     const std::uint64_t expected = std::uint64_t(grid.resolution.x) * std::uint64_t(grid.resolution.y) *

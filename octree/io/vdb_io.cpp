@@ -25,7 +25,7 @@ using ScalarGrids = openvdb::TypeList<openvdb::FloatGrid, openvdb::DoubleGrid, o
                                       openvdb::BoolGrid, openvdb::MaskGrid>;
 using VectorGrids = openvdb::TypeList<openvdb::Vec3SGrid, openvdb::Vec3DGrid, openvdb::Vec3IGrid>;
 
-/// The header as it stands on disk: OpenVDB itself reads wrong files until it stumbles.
+/// Checks the first bytes of the file. OpenVDB itself reads files of another kind until something fails.
 void check_header(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::int64_t magic = 0;
@@ -104,7 +104,7 @@ class VdbFile {
     } catch (const InputError&) {
       throw;
     } catch (const std::bad_alloc&) {
-      // A damaged file asks for absurd sizes; a small one that is whole cannot.
+      // A damaged file may ask for absurd sizes. A small file that is whole does not need much memory.
       std::error_code ignored;
       if (std::filesystem::file_size(path_, ignored) < kSmallFile)
         throw InputError(path_, "can't be read: it holds impossible sizes",
