@@ -1,5 +1,5 @@
 // The three kinds of failure that a user may see; each says where, what and what to do about it.
-// Broken invariants of our own are asserts, never these.
+// A broken invariant of the code itself is an assert, never one of these.
 #pragma once
 
 #include <stdexcept>

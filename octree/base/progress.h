@@ -26,8 +26,8 @@ class Progress {
   void report(std::string_view stage, std::uint64_t done, std::uint64_t total) const {
     if (listener_) listener_(stage, done, total);
   }
-  /// For one of `count` equal parts of a stage: what is reported there is that part of the stage, whatever
-  /// its own name. Copies the listener.
+  /// A Progress for one of `count` equal parts of a stage. What is reported to it shows as progress of this part
+  /// under the stage's name, whatever name it is reported under. Copies the listener.
   Progress part(std::string stage, std::uint64_t index, std::uint64_t count) const {
     constexpr std::uint64_t steps = 1000;
     if (!listener_) return Progress(nullptr, cancelled_);

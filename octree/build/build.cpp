@@ -13,7 +13,7 @@
 namespace obscura {
 namespace {
 
-constexpr std::size_t kTrialRays = 8192;  // that judge a trial; the last word have all
+constexpr std::size_t kTrialRays = 8192;  // measure a trial; the result is measured with all
 constexpr double kMergeShare = 0.5;       // of the tolerance that merging may use
 constexpr double kLargestThreshold = 0.05;
 
@@ -30,8 +30,8 @@ class Search {
   detail::Compressed run(BuildReport& report) {
     const double tolerance = settings_.tolerance;
 
-    // Quantising alone: the error grows in proportion to the step. A ray crosses n cells whose errors are
-    // uniform in +-step/2: the first guess. Four bits of the largest extinction remain in any case.
+    // Quantising alone: the error grows in proportion to the step. The first guess takes a ray to cross n cells whose
+    // errors are uniform in +-step/2. Four bits of the largest extinction remain in any case.
     const Vec3i extent = occupied_.max - occupied_.min;
     const double n = std::max(1, std::max(std::max(extent.x, extent.y), extent.z));
     const double chord = analysis_.voxel_chord_m / std::sqrt(3.0);
@@ -40,7 +40,7 @@ class Search {
     double error = fit(how, how.step, largest_step, tolerance);
     std::size_t bytes = trial_.tree.record_bytes;
 
-    // Merging with what it may have of the tolerance; kept where it makes the tree smaller.
+    // Merging may use a part of the tolerance. It is kept where the tree gets smaller by it.
     detail::Compression merging{kMergeShare * tolerance, how.step / 32};
     if (would_merge(kLargestThreshold * 0.1)) {
       const double merge_error = fit(merging, merging.merge_threshold, kLargestThreshold, kMergeShare * tolerance);
@@ -53,7 +53,7 @@ class Search {
       }
     }
 
-    // All rays have the last word.
+    // All measuring rays decide at the end.
     for (int attempt = 0;; ++attempt) {
       detail::Compressed result = detail::compress(analysis_, how);
       Octree tree(std::move(result.tree));
@@ -61,7 +61,7 @@ class Search {
       error = errors.largest();
       if (error <= tolerance || attempt == 8) {
         report.error_measured = errors.transmission;
-        report.source_error_measured = errors.source;
+        report.emission_error_measured = errors.emission;
         report.rays = detail::MeasuringRays::kCount;
         report.merged_share = std::min(1.0, report.merging_error / tolerance);
         report.quantised_share = std::max(0.0, error / tolerance - report.merged_share);

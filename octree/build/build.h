@@ -20,7 +20,7 @@ struct ErrorMeasure {
   std::vector<double> optical_weight;
   /// Emitted radiance per metre of a cell with these values (one per channel), relative to the largest
   /// radiance that the cloud can have. Empty: nothing is emitted. Called from several threads.
-  std::function<double(std::span<const float>)> source;
+  std::function<double(std::span<const float>)> emission;
 };
 
 struct BuildSettings {
@@ -30,15 +30,15 @@ struct BuildSettings {
 };
 
 struct BuildReport {
-  double error_measured = 0;         ///< largest error of the transmission over the measuring rays
-  double error_bound = 0;            ///< rigorous bound of it over all rays
-  double source_error_measured = 0;  ///< largest error of the emitted radiance over the measuring rays, relative
-  double merging_error = 0;          ///< part of error_measured there is with merging alone
-  double merged_share = 0;           ///< share of the tolerance that went to merging
-  double quantised_share = 0;        ///< share of the tolerance that went to quantising
-  std::uint64_t rays = 0;            ///< measuring rays
-  double seconds = 0;                ///< whole build, pouring included
-  double pour_seconds = 0;           ///< pouring alone
+  double error_measured = 0;           ///< largest error of the transmission over the measuring rays
+  double error_bound = 0;              ///< rigorous bound of it over all rays
+  double emission_error_measured = 0;  ///< largest error of the emitted radiance over the measuring rays, relative
+  double merging_error = 0;            ///< part of error_measured there is with merging alone
+  double merged_share = 0;             ///< share of the tolerance that went to merging
+  double quantised_share = 0;          ///< share of the tolerance that went to quantising
+  std::uint64_t rays = 0;              ///< measuring rays
+  double seconds = 0;                  ///< whole build, pouring included
+  double pour_seconds = 0;             ///< pouring alone
 };
 
 /// Builds the octree in one streaming pass. The result is the same for any number of threads.

@@ -84,7 +84,7 @@ class Collector {
       return;
     }
 
-    // A record of floats; its leaves are as large as every channel allows.
+    // A record of floats. Its leaves are as large as all channels allow.
     int level = 2;
     for (std::size_t c = 0; c < channels && level > 0; ++c) level = std::min(level, common_cell_level(values[c]));
     std::size_t bytes = channels * sizeof(ChannelHeader);
@@ -124,7 +124,7 @@ class Collector {
     }
     if (zero) return;
 
-    // Word by word; where the tile hangs over the domain, a brick with zeros outside.
+    // Word by word. Where the tile reaches out of the domain, a brick that holds zeros outside.
     const std::int64_t side = std::int64_t{1} << level;
     Vec3i first, last;
     for (int axis = 0; axis < 3; ++axis) {
@@ -167,7 +167,7 @@ class Collector {
     }
   }
 
-  /// Importers check what they read; who pours arrays of his own may not have.
+  /// Importers check what they read. A stream of another origin may hold anything.
   [[noreturn]] void refuse(const Vec3i& corner, std::size_t channel, std::span<const float> values) const {
     const auto bad =
         std::find_if(values.begin(), values.end(), [](float v) { return !std::isfinite(v); }) - values.begin();
@@ -209,7 +209,7 @@ class Collector {
   const VoxelStream& stream_;
   const Progress& progress_;
   TreeData tree_;
-  std::mutex mutex_;  // of the three below
+  std::mutex mutex_;  // over store_, uniform_ and taken_
   RecordStore store_;
   UniformRecords uniform_;
   std::uint64_t taken_ = 0;
@@ -268,7 +268,7 @@ std::uint32_t UniformRecords::word(RecordStore& store, int level, std::span<cons
   if (is_new) {
     entry->second = store.add(values.size() * sizeof(ChannelHeader));
     for (std::size_t c = 0; c < values.size(); ++c) {
-      // A kernel that reads a value finds the header's own offset.
+      // The data offset points at the header itself: a kernel that reads a float there finds `offset`, the value.
       const ChannelHeader header{values[c], 0.0f, values[c],
                                  ChannelHeader::make_meta(0, level, c * sizeof(ChannelHeader))};
       std::memcpy(store.at(entry->second) + c * sizeof header, &header, sizeof header);

@@ -26,10 +26,10 @@ inline constexpr std::uint64_t kMaxRecordBytes = (std::uint64_t{1} << 31) * kRec
 /// Records in one contiguous piece of memory that grows in place where the system can.
 class RecordStore {
  public:
-  /// Room for a record; the word that names it. What was returned before may move.
+  /// Makes room for a record and returns the word that names it. Pointers from at() may become invalid.
   std::uint32_t add(std::size_t bytes);
   std::byte* at(std::uint32_t word) noexcept { return memory_.get() + kRecordPadding + word * kRecordUnit; }
-  /// Room for all at once, zeroed where nothing is written.
+  /// Makes room for all records at once.
   void reserve(std::size_t bytes);
   /// Gives the memory to the tree, cut to its size.
   void release_to(TreeData& tree);
@@ -49,7 +49,7 @@ class UniformRecords {
  public:
   /// The word of the uniform leaf of that level; made in `store` when it is new. Not thread-safe.
   std::uint32_t word(RecordStore& store, int level, std::span<const float> values);
-  /// How a set of values is told from another: their bytes.
+  /// Key of a level and set of values: their bytes.
   static std::string key(int level, std::span<const float> values);
 
  private:
@@ -63,14 +63,14 @@ TreeData collect(const VoxelStream& stream, const Progress& progress);
 /// What merge_leaves() is told where a cell's children stay apart.
 inline constexpr std::uint32_t kNotMerged = 0x7fffffffu;
 
-/// Merges leaves into their parents, level by level, as far as it goes. Empty leaves merge by themselves; of
-/// eight children that are uniform or empty leaves, not all empty, `merge` says what becomes.
+/// Merges leaves into their parents, level by level, as far as possible. Eight empty leaves become an empty one; of
+/// eight leaves that are uniform or empty, not all of them empty, `merge` says what the parent is.
 /// @param merge (level of the parent, the children's words) -> the parent's word or kNotMerged. Called from
 /// several threads; all of a level before any of the next.
 void merge_leaves(TreeData& tree, const std::function<bool(std::uint32_t word)>& is_uniform,
                   const std::function<std::uint32_t(int level, std::span<const std::uint32_t, 8>)>& merge);
 
-/// merge_leaves() of what is equal. Records of the parents are added to `store`.
+/// merge_leaves() of eight equal leaves. Records of the parents are added to `store`.
 void merge_equal(TreeData& tree, RecordStore& store, UniformRecords& uniform);
 
 /// Fills block list, pyramid of bounds and top level from the finished table and records.

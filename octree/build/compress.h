@@ -11,12 +11,18 @@
 
 namespace obscura::detail {
 
+/// Where in the tree's table a word is: its place along x, y and z, in words.
+inline Vec3i table_place(const TreeData& tree, std::uint32_t index) noexcept {
+  const int at = static_cast<int>(index);
+  return {at % tree.size.x, at / tree.size.x % tree.size.y, at / (tree.size.x * tree.size.y)};
+}
+
 /// What merging a brick's cells would cost, per level 1, 2, 3: the largest over its cells of deviation from
 /// the mean times the cell's longest chord, in optical depth or in emitted radiance.
 struct BrickAnalysis {
   std::array<float, 3> cost{};
   float merge_deviation[3] = {0, 0, 0};  ///< largest deviation of the extinction, 1/m, after merging at that level
-  float source_deviation = 0;            ///< of the source over the whole brick from that of the merged brick, 1/m
+  float emission_deviation = 0;          ///< largest deviation of the emission after merging the whole brick
 };
 
 /// The lossless tree with what merging would cost everywhere. Made once, compressed several times.
@@ -27,8 +33,9 @@ struct Analysis {
   double voxel_chord_m = 0;           ///< longest diagonal of a voxel
   double largest_extinction = 0;      ///< 1/m, summed over channels
 
-  bool emits() const noexcept { return static_cast<bool>(measure->source); }
+  bool emits() const noexcept { return static_cast<bool>(measure->emission); }
 };
+/// @pre `measure` has one weight per channel; both outlive the analysis
 Analysis analyse(const TreeData& lossless, const ErrorMeasure& measure);
 
 struct Compression {

@@ -83,7 +83,7 @@ void merge_leaves(TreeData& tree, const std::function<bool(std::uint32_t word)>&
     below = &levels[level];
   }
 
-  // Every word takes the largest leaf that holds it.
+  // Every word of the table becomes that of the largest leaf that holds its place.
   const std::size_t nx = static_cast<std::size_t>(tree.size.x), ny = static_cast<std::size_t>(tree.size.y);
   tbb::parallel_for(0, tree.size.z, [&](int z) {
     std::size_t at = static_cast<std::size_t>(z) * nx * ny;

@@ -80,11 +80,11 @@ void MeasuringRays::prepare(std::size_t count) const {
     depths_.resize(count);
     optical_depths_in_parallel(lossless_, rays_, known, count, measure_.optical_weight, depths_);
   }
-  if (!measure_.source) return;
-  const std::size_t sources = std::min(count, kSourceCount), first = radiances_.size();
-  if (first >= sources) return;
-  radiances_.resize(sources);
-  tbb::parallel_for(first, sources, [&](std::size_t i) { radiances_[i] = radiance(lossless_, i); });
+  if (!measure_.emission) return;
+  const std::size_t measured = std::min(count, kEmissionCount), first = radiances_.size();
+  if (first >= measured) return;
+  radiances_.resize(measured);
+  tbb::parallel_for(first, measured, [&](std::size_t i) { radiances_[i] = radiance(lossless_, i); });
 }
 
 // What the ray collects front to back, relative to the largest radiance that the cloud can have.
@@ -100,7 +100,7 @@ double MeasuringRays::radiance(const Octree& tree, std::size_t ray) const {
     }
     const double depth = extinction * (end - begin);
     const double lost = -std::expm1(-depth);
-    collected += transmission * measure_.source(values) * (depth > 0 ? lost / extinction : end - begin);
+    collected += transmission * measure_.emission(values) * (depth > 0 ? lost / extinction : end - begin);
     transmission *= 1 - lost;
     return true;
   });
@@ -117,11 +117,11 @@ MeasuringRays::Errors MeasuringRays::compare(const Octree& tree, std::size_t cou
   for (std::size_t i = 0; i < count; ++i) {
     errors.transmission = std::max(errors.transmission, std::abs(std::exp(-depths[i]) - std::exp(-depths_[i])));
   }
-  if (measure_.source) {
-    std::vector<double> radiances(std::min(count, kSourceCount));
+  if (measure_.emission) {
+    std::vector<double> radiances(std::min(count, kEmissionCount));
     tbb::parallel_for(std::size_t{0}, radiances.size(), [&](std::size_t i) { radiances[i] = radiance(tree, i); });
     for (std::size_t i = 0; i < radiances.size(); ++i) {
-      errors.source = std::max(errors.source, std::abs(radiances[i] - radiances_[i]));
+      errors.emission = std::max(errors.emission, std::abs(radiances[i] - radiances_[i]));
     }
   }
   return errors;

@@ -16,14 +16,14 @@ namespace obscura::detail {
 class MeasuringRays {
  public:
   static constexpr std::size_t kCount = 100000;
-  static constexpr std::size_t kSourceCount = 4000;  ///< of them measure the source too
+  static constexpr std::size_t kEmissionCount = 4000;  ///< of them measure the collected radiance too
 
   MeasuringRays(const Octree& lossless, const ErrorMeasure& measure, std::uint64_t seed);
 
   struct Errors {
     double transmission = 0;  ///< largest difference over the rays
-    double source = 0;        ///< largest difference of the radiance, relative to the largest possible one
-    double largest() const noexcept { return transmission > source ? transmission : source; }
+    double emission = 0;      ///< largest difference of the radiance, relative to the largest possible one
+    double largest() const noexcept { return transmission > emission ? transmission : emission; }
   };
   /// Over the first `count` rays.
   Errors compare(const Octree& tree, std::size_t count) const;

@@ -21,8 +21,8 @@ ChannelHeader pack(std::span<const float> values, int cell_level, double step, s
   const double mean = sum / count;
   if (min == max) return {min, 0, static_cast<float>(mean), ChannelHeader::make_meta(0, cell_level, 0)};
 
-  // With 2^bits - 1 steps over the range; one more bit where keeping the mean would move values too far.
-  // A brick of values of one sign that holds zeros counts from 0; others count from the least value.
+  // The range is divided into 2^bits - 1 steps. Keeping the mean moves all values; where that is too far, there is one
+  // bit more. Values count from the least one; in a brick of one sign that holds zeros they count from 0.
   constexpr int kMaxBits = 24;
   const double low = has_zero && min >= 0 ? 0.0 : static_cast<double>(min);
   const double range = static_cast<double>(max) - low;

@@ -11,7 +11,7 @@
 
 namespace obscura {
 
-/// Every grid of a volume file (.vdb .nvdb .nc .txt .json), those that can't be opened included.
+/// Every grid of a volume file of one of the formats in volume_formats.h, those that can't be opened included.
 /// @throws InputError where the file is missing, broken or of no known kind.
 std::vector<GridInfo> inspect_volume(const std::filesystem::path& file);
 

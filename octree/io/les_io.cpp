@@ -19,14 +19,14 @@
 #include <tuple>
 
 #include "octree/base/error.h"
-#include "octree/io/file_readers.h"
+#include "octree/io/reading.h"
 #include "octree/source/slabs.h"
 #include "octree/source/sparse_grid.h"
 
 namespace obscura::detail {
 namespace {
 
-constexpr double kMetres = 1000;  // of the file's km
+constexpr double kMetres = 1000;  // in a km of the file
 
 struct CornerOrder {
   bool operator()(const Vec3i& a, const Vec3i& b) const noexcept {
@@ -136,7 +136,7 @@ class LesReader {
     return number(tokens_[token_++]);
   }
 
-  /// One spacing for all levels: they may be off by 1 % of it and by the rounding of what was printed.
+  /// The one spacing of all levels. A level may be off by 1 % of it and by the rounding of its print.
   double level_spacing(const std::vector<double>& levels) const {
     if (levels.size() == 1) fail("one level doesn't say how thick it is", "give at least two levels");
     const double spacing = (levels.back() - levels.front()) / static_cast<double>(levels.size() - 1);
@@ -187,6 +187,31 @@ class LesReader {
   std::size_t line_ = 0;
 };
 
+std::vector<SparseGrid> read_grids(const std::filesystem::path& path, const std::vector<GridRequest>& requests) {
+  auto field = std::make_shared<const LesField>(LesReader(path).read());
+  check_names(path, field->names, requests);
+  std::vector<SparseGrid> result;
+  for (const GridRequest& request : requests) {
+    const auto column = static_cast<std::size_t>(std::find(field->names.begin(), field->names.end(), request.name) -
+                                                 field->names.begin());
+    SparseGrid grid;
+    grid.request = request;
+    grid.where = where_of(path, request.name);
+    grid.index_to_local = field->index_to_local;
+    grid.extent = Box3i(Vec3i(0), field->resolution);
+    auto bricks = std::make_shared<std::vector<const float*>>();
+    for (const auto& [corner, values] : field->bricks) {
+      grid.bricks.push_back(corner);
+      bricks->push_back(values.data() + 512 * column);
+    }
+    grid.read = [field, bricks](std::size_t brick, std::span<float, 512> values) {
+      std::copy_n((*bricks)[brick], 512, values.begin());
+    };
+    result.push_back(std::move(grid));
+  }
+  return result;
+}
+
 }  // namespace
 
 std::vector<GridInfo> inspect_les(const std::filesystem::path& path) {
@@ -210,29 +235,8 @@ std::vector<GridInfo> inspect_les(const std::filesystem::path& path) {
   return result;
 }
 
-std::vector<SparseGrid> read_les(const std::filesystem::path& path, const std::vector<GridRequest>& requests) {
-  auto field = std::make_shared<const LesField>(LesReader(path).read());
-  check_names(path, field->names, requests);
-  std::vector<SparseGrid> result;
-  for (const GridRequest& request : requests) {
-    const auto column = static_cast<std::size_t>(std::find(field->names.begin(), field->names.end(), request.name) -
-                                                 field->names.begin());
-    SparseGrid grid;
-    grid.request = request;
-    grid.where = where_of(path, request.name);
-    grid.index_to_local = field->index_to_local;
-    grid.extent = Box3i(Vec3i(0), field->resolution);
-    auto bricks = std::make_shared<std::vector<const float*>>();
-    for (const auto& [corner, values] : field->bricks) {
-      grid.bricks.push_back(corner);
-      bricks->push_back(values.data() + 512 * column);
-    }
-    grid.read = [field, bricks](std::size_t brick, std::span<float, 512> values) {
-      std::copy_n((*bricks)[brick], 512, values.begin());
-    };
-    result.push_back(std::move(grid));
-  }
-  return result;
+std::vector<VoxelStream> open_les(const std::filesystem::path& file, const std::vector<GridRequest>& grids) {
+  return make_streams(file.string(), read_grids(file, grids));
 }
 
 }  // namespace obscura::detail

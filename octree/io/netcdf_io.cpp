@@ -10,8 +10,8 @@
 #include <optional>
 
 #include "octree/base/error.h"
-#include "octree/io/file_readers.h"
 #include "octree/io/netcdf_axes.h"
+#include "octree/io/reading.h"
 #include "octree/source/slabs.h"
 
 namespace obscura::detail {
@@ -78,7 +78,7 @@ struct Variable {
   int time_place = -1;
   std::size_t times = 1;
   double scale = 1, offset = 0;
-  std::vector<double> fill;  // packed values that mean: nothing here
+  std::vector<double> fill;  // packed values that stand for "no value"
   bool nan_is_fill = false;
 };
 
@@ -110,7 +110,7 @@ FileAxis file_axis(const NetcdfFile& file, int dimension) {
 }
 
 double default_fill(nc_type type) {
-  // Of the types that CF says are filled when nothing was written; bytes are not.
+  // The library's fill value, of types that it fills where nothing was written; it does not fill bytes.
   switch (type) {
     case NC_FLOAT:
       return static_cast<double>(NC_FILL_FLOAT);
@@ -256,22 +256,22 @@ int slowest_axis(const Variable& variable) {
   return static_cast<int>(std::min_element(variable.place.begin(), variable.place.end()) - variable.place.begin());
 }
 
-SlabSource source_of(const std::shared_ptr<NetcdfFile>& file, std::vector<Variable> group, Lattice lattice,
-                     std::vector<GridRequest> requests) {
-  SlabSource source;
-  source.name = file->path();
-  for (const Variable& variable : group) source.where.push_back(where_of(file->path(), variable.name));
-  source.grids = std::move(requests);
-  source.index_to_local = lattice.index_to_local;
-  source.resolution = lattice.resolution;
-  source.slab_axis = slowest_axis(group.front());
+DenseGrids dense_grids(const std::shared_ptr<NetcdfFile>& file, std::vector<Variable> group, Lattice lattice,
+                       std::vector<GridRequest> requests) {
+  DenseGrids dense;
+  dense.name = file->path();
+  for (const Variable& variable : group) dense.where.push_back(where_of(file->path(), variable.name));
+  dense.grids = std::move(requests);
+  dense.index_to_local = lattice.index_to_local;
+  dense.resolution = lattice.resolution;
+  dense.slab_axis = slowest_axis(group.front());
   std::vector<std::size_t> times;
-  for (const GridRequest& request : source.grids) times.push_back(request.time);
-  source.read = [file, group = std::move(group), lattice = std::move(lattice), times = std::move(times)](
-                    std::size_t grid, const Box3i& box, std::span<float> values) {
+  for (const GridRequest& request : dense.grids) times.push_back(request.time);
+  dense.read = [file, group = std::move(group), lattice = std::move(lattice), times = std::move(times)](
+                   std::size_t grid, const Box3i& box, std::span<float> values) {
     read_box(*file, group[grid], lattice, times[grid], box, values);
   };
-  return source;
+  return dense;
 }
 
 std::string type_name(nc_type type) {
@@ -318,7 +318,7 @@ std::vector<GridInfo> inspect_netcdf(const std::filesystem::path& path) {
     info.units = variable.units;
     info.times = variable.times;
     if (variable.times > 0) {
-      const SlabRange range = range_of(source_of(file, {variable}, lattice, {{.name = variable.name}}), 0);
+      const SlabRange range = range_of(dense_grids(file, {variable}, lattice, {{.name = variable.name}}), 0);
       info.min = range.min;
       info.max = range.max;
       info.active = range.nonzero;
@@ -362,8 +362,8 @@ std::vector<VoxelStream> open_netcdf(const std::filesystem::path& path, const st
   }
   std::vector<VoxelStream> streams;
   for (Group& group : groups)
-    streams.push_back(
-        stream_slabs(source_of(file, std::move(group.variables), std::move(group.lattice), std::move(group.requests))));
+    streams.push_back(stream_slabs(
+        dense_grids(file, std::move(group.variables), std::move(group.lattice), std::move(group.requests))));
   return streams;
 }
 

@@ -1,6 +1,6 @@
 // Reads and inspects NanoVDB files: floats of every width that NanoVDB stores, doubles, integers, masks.
 #include "octree/base/error.h"
-#include "octree/io/file_readers.h"
+#include "octree/io/reading.h"
 #include "octree/source/sparse_grid.h"
 
 #define NANOVDB_USE_ZIP
@@ -33,7 +33,7 @@ File read_file(const std::filesystem::path& path) {
   const std::uint64_t size = std::filesystem::file_size(path);
   if (size == 0) throw InputError(result.path, "the file is empty", "copy or write it again");
   try {
-    // The headers first: sizes that the file cannot hold must not be believed.
+    // The headers first: a damaged one may announce more bytes than the file has, and memory would be asked for them.
     for (const auto& meta : nanovdb::io::readGridMetaData(stream)) {
       if (meta.fileSize > size || (meta.codec == nanovdb::io::Codec::NONE && meta.gridSize > size))
         fail(result.path, fmt::format("grid '{}' needs more bytes than the file has", meta.gridName));
@@ -237,16 +237,7 @@ GridInfo describe(const std::shared_ptr<const Handle>& handle, const std::string
   return info;
 }
 
-}  // namespace
-
-std::vector<GridInfo> inspect_nvdb(const std::filesystem::path& path) {
-  const File file = read_file(path);
-  std::vector<GridInfo> result;
-  for (const auto& grid : file.grids) result.push_back(describe(grid, file.path));
-  return result;
-}
-
-std::vector<SparseGrid> read_nvdb(const std::filesystem::path& path, const std::vector<GridRequest>& requests) {
+std::vector<SparseGrid> read_grids(const std::filesystem::path& path, const std::vector<GridRequest>& requests) {
   const File file = read_file(path);
   std::vector<std::string> names;
   for (const auto& grid : file.grids) names.emplace_back(grid->gridMetaData()->shortGridName());
@@ -262,6 +253,19 @@ std::vector<SparseGrid> read_nvdb(const std::filesystem::path& path, const std::
                        "name a grid of floats, doubles, integers or booleans");
   }
   return result;
+}
+
+}  // namespace
+
+std::vector<GridInfo> inspect_nvdb(const std::filesystem::path& path) {
+  const File file = read_file(path);
+  std::vector<GridInfo> result;
+  for (const auto& grid : file.grids) result.push_back(describe(grid, file.path));
+  return result;
+}
+
+std::vector<VoxelStream> open_nvdb(const std::filesystem::path& file, const std::vector<GridRequest>& grids) {
+  return open_sparse(file, grids, read_grids);
 }
 
 }  // namespace obscura::detail

@@ -12,7 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "octree/base/error.h"
-#include "octree/io/file_readers.h"
+#include "octree/io/reading.h"
 #include "octree/source/slabs.h"
 
 namespace obscura::detail {
@@ -106,7 +106,7 @@ class Reader {
     for (int axis = 0; axis < 3; ++axis) grid.index_to_local[3][axis] = origin[axis];
     if (!problems.empty()) return grid;
 
-    // The array's size is known beforehand, to the byte.
+    // The description tells the size of the array to the byte.
     std::error_code error;
     const std::uint64_t size = std::filesystem::file_size(grid.file, error);
     const std::uint64_t expected = std::uint64_t(grid.resolution.x) * std::uint64_t(grid.resolution.y) *
@@ -216,19 +216,19 @@ void read_box(const RawGrid& grid, const Box3i& box, std::span<float> values) {
     }
 }
 
-SlabSource source_of(const std::filesystem::path& path, std::vector<RawGrid> grids,
-                     const std::vector<GridRequest>& requests) {
-  SlabSource source;
-  source.name = path.string();
-  source.grids = requests;
-  for (const RawGrid& grid : grids) source.where.push_back(where_of(path, grid.name));
-  source.index_to_local = grids.front().index_to_local;
-  source.resolution = grids.front().resolution;
-  source.slab_axis = grids.front().x_fastest ? 2 : 0;
-  source.read = [grids = std::move(grids)](std::size_t grid, const Box3i& box, std::span<float> values) {
+DenseGrids dense_grids(const std::filesystem::path& path, std::vector<RawGrid> grids,
+                       const std::vector<GridRequest>& requests) {
+  DenseGrids dense;
+  dense.name = path.string();
+  dense.grids = requests;
+  for (const RawGrid& grid : grids) dense.where.push_back(where_of(path, grid.name));
+  dense.index_to_local = grids.front().index_to_local;
+  dense.resolution = grids.front().resolution;
+  dense.slab_axis = grids.front().x_fastest ? 2 : 0;
+  dense.read = [grids = std::move(grids)](std::size_t grid, const Box3i& box, std::span<float> values) {
     read_box(grids[grid], box, values);
   };
-  return source;
+  return dense;
 }
 
 }  // namespace
@@ -238,7 +238,7 @@ std::vector<GridInfo> inspect_raw(const std::filesystem::path& path) {
   for (const RawGrid& grid : read_descriptions(path)) {
     GridInfo info = describe_lattice(grid.name, grid.index_to_local, grid.resolution);
     info.type = grid.type->name;
-    const SlabRange range = range_of(source_of(path, {grid}, {{.name = grid.name}}), 0);
+    const SlabRange range = range_of(dense_grids(path, {grid}, {{.name = grid.name}}), 0);
     info.min = range.min;
     info.max = range.max;
     info.active = range.nonzero;
@@ -268,7 +268,7 @@ std::vector<VoxelStream> open_raw(const std::filesystem::path& path, const std::
     home->second.push_back(request);
   }
   std::vector<VoxelStream> streams;
-  for (auto& [grids, wanted] : groups) streams.push_back(stream_slabs(source_of(path, std::move(grids), wanted)));
+  for (auto& [grids, wanted] : groups) streams.push_back(stream_slabs(dense_grids(path, std::move(grids), wanted)));
   return streams;
 }
 

@@ -11,7 +11,7 @@
 #include <mutex>
 
 #include "octree/base/error.h"
-#include "octree/io/file_readers.h"
+#include "octree/io/reading.h"
 #include "octree/source/sparse_grid.h"
 
 namespace obscura::detail {
@@ -25,7 +25,7 @@ using ScalarGrids = openvdb::TypeList<openvdb::FloatGrid, openvdb::DoubleGrid, o
                                       openvdb::BoolGrid, openvdb::MaskGrid>;
 using VectorGrids = openvdb::TypeList<openvdb::Vec3SGrid, openvdb::Vec3DGrid, openvdb::Vec3IGrid>;
 
-/// The header as it stands on disk: OpenVDB itself reads wrong files until it stumbles.
+/// Checks the first bytes of the file. OpenVDB itself reads files of another kind until something fails.
 void check_header(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::int64_t magic = 0;
@@ -104,7 +104,7 @@ class VdbFile {
     } catch (const InputError&) {
       throw;
     } catch (const std::bad_alloc&) {
-      // A damaged file asks for absurd sizes; a small one that is whole cannot.
+      // A damaged file may ask for absurd sizes. A small file that is whole does not need much memory.
       std::error_code ignored;
       if (std::filesystem::file_size(path_, ignored) < kSmallFile)
         throw InputError(path_, "can't be read: it holds impossible sizes",
@@ -272,19 +272,7 @@ GridInfo describe(const openvdb::GridBase::Ptr& grid) {
   return info;
 }
 
-}  // namespace
-
-std::vector<GridInfo> inspect_vdb(const std::filesystem::path& path) {
-  VdbFile file(path);
-  std::vector<GridInfo> result;
-  for (const std::string& name : file.names()) {
-    result.push_back(describe(file.read(name)));
-    result.back().name = name;  // as open_volume() takes it, with its number where names repeat
-  }
-  return result;
-}
-
-std::vector<SparseGrid> read_vdb(const std::filesystem::path& path, const std::vector<GridRequest>& requests) {
+std::vector<SparseGrid> read_grids(const std::filesystem::path& path, const std::vector<GridRequest>& requests) {
   VdbFile file(path);
   check_names(path, file.names(), requests);
   std::vector<SparseGrid> result;
@@ -303,6 +291,22 @@ std::vector<SparseGrid> read_vdb(const std::filesystem::path& path, const std::v
                        "name a grid of floats, doubles, halves, integers or booleans");
   }
   return result;
+}
+
+}  // namespace
+
+std::vector<GridInfo> inspect_vdb(const std::filesystem::path& path) {
+  VdbFile file(path);
+  std::vector<GridInfo> result;
+  for (const std::string& name : file.names()) {
+    result.push_back(describe(file.read(name)));
+    result.back().name = name;  // as open_volume() takes it, with its number where names repeat
+  }
+  return result;
+}
+
+std::vector<VoxelStream> open_vdb(const std::filesystem::path& file, const std::vector<GridRequest>& grids) {
+  return open_sparse(file, grids, read_grids);
 }
 
 }  // namespace obscura::detail

@@ -42,7 +42,7 @@ class Eddies {
   /// has only had the time to move it by about the plume's own width.
   Vec3d origin_of(const Vec3d& x, double width_m) const noexcept;
 
-  /// How far from its origin air may be found where the plume's sigma is `width_m` (nearly always).
+  /// Distance from its origin within which nearly all air is found where the plume's sigma is `width_m`, metres.
   double farthest(double width_m) const noexcept {
     double sum = 0;
     for (const double size : sizes_) sum += std::pow(std::min(size, 2 * width_m), 2);

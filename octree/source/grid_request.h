@@ -25,7 +25,7 @@ struct GridInfo {
   std::uint64_t active = 0;        ///< voxels that hold a value, those of tiles included
   std::uint64_t tiles = 0;         ///< uniform cubes that the file stores as one value
   std::uint64_t leaves = 0;        ///< 8^3 nodes that the file stores voxel by voxel
-  std::uint64_t bytes_source = 0;  ///< of the tree in memory in the file's own form (OpenVDB, NanoVDB)
+  std::uint64_t bytes_source = 0;  ///< of the grid in the file's own form: of trees in memory, of others in the file
   std::uint64_t bytes_dense = 0;   ///< float32 over `resolution`
   std::size_t times = 1;           ///< steps of a time-dependent variable; the range is that of the first
 };

@@ -7,7 +7,7 @@
 namespace obscura {
 namespace {
 
-/// A cube of one value in cubes that are aligned as a sink wants them.
+/// Pours a cube of one value as cubes that are aligned as VoxelSink::tile() asks.
 void pour_cube(VoxelSink& sink, const Vec3i& corner, int level, std::span<const float> values) {
   const int mask = (1 << level) - 1;
   if (((corner.x | corner.y | corner.z) & mask) == 0) return sink.tile(corner, level, values);

@@ -1,4 +1,4 @@
-// An octree as a source of voxels again.
+// An octree turned back into a stream of voxels, for export.
 #pragma once
 
 #include <memory>

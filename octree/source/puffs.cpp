@@ -24,7 +24,7 @@ constexpr double kSourceSigma = 0.15;  // m, of the hot jet above a pot
 constexpr double kSourceSpeed = 2;     // m/s, of the same
 constexpr double kEntrainment = 0.35;  // sigma gained per metre of rise (radius 0.6 of it: Briggs 1975)
 constexpr double kCutoff = 2.6;        // sigmas
-constexpr int kClumps = 5;             // a puff is this many smaller ones
+constexpr int kClumps = 5;             // smaller puffs that a puff consists of
 constexpr double kClumpSigma = 0.45;   // of the puff's; the rest of the variance is in their places
 constexpr std::uint64_t kMaxVoxels = std::uint64_t{1} << 27;
 constexpr std::uint32_t kPurpose = 0x70756666;  // this file's random numbers
@@ -115,7 +115,7 @@ void release(const Plume& plume, const PuffSource& source, int index, const Puff
     Stream random(settings.seed, (std::uint64_t(index) << 32) + puff, kPurpose);
     const double age = ages[puff];
     const double sigma = plume.sigma(age);
-    // An old puff overlaps many others: one of several stands for all of them.
+    // Old puffs overlap many others: one of several is kept and gets the mass of all.
     const auto stride = static_cast<std::size_t>(std::max(1.0, std::floor(0.3 * sigma / (step * plume.speed()))));
     if (puff % stride != 0) continue;
     for (int k = 0; k < kClumps; ++k) {
@@ -163,7 +163,7 @@ struct CornerOrder {
   }
 };
 
-/// The whole computation's state; voxels of a brick are written by one thread.
+/// The state of the computation. The voxels of a brick are written by one thread.
 struct Smoke {
   std::vector<Vec3i> bricks;
   std::vector<std::array<float, 512>> density, temperature;
@@ -298,7 +298,7 @@ VoxelStream puffs_stream(const PuffSettings& settings) {
       smoke->temperature[b][v] = static_cast<float>(kAmbientK + std::clamp(excess_K, coldest_K, hottest_K));
       return density;
     };
-    // Where one voxel in eight finds nothing there is nothing.
+    // A sample of one voxel in eight decides whether there is any smoke in the brick.
     double sampled = 0;
     for (int v = 0; v < 512; ++v)
       if ((v & 0b001001001) == 0) sampled += fill(v);

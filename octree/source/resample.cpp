@@ -65,7 +65,7 @@ class HeldStream {
   const VoxelStream& stream() const noexcept { return *stream_; }
   std::span<const float> background() const noexcept { return background_; }
 
-  /// The tile that holds the whole box of voxels, if there is one.
+  /// The values of the tile that holds the whole box of voxels; null where there is none.
   const std::vector<float>* tile_around(const Box3i& box) const {
     for (const auto& [level, tiles] : tiles_) {
       const Vec3i corner = ancestor(box.min, level);
@@ -100,7 +100,7 @@ void sample(const HeldStream& field, const Vec3d& point, std::span<float> values
     const double floor = std::floor(shifted);
     low[axis] = static_cast<int>(floor);
     t[axis] = shifted - floor;
-    // A lattice that coincides up to rounding gives the voxels' own values.
+    // On a lattice that coincides up to rounding the voxels' own values come back.
     if (t[axis] < 1e-9) t[axis] = 0;
     if (t[axis] > 1 - 1e-9) {
       t[axis] = 0;
@@ -137,10 +137,10 @@ VoxelStream resample(VoxelStream onto, VoxelStream field) {
   const auto state = std::make_shared<const std::pair<VoxelStream, VoxelStream>>(std::move(onto), std::move(field));
   joined.pour = [state, to_field](VoxelSink& sink) {
     const VoxelStream& base = state->first;
-    const VoxelStream& source = state->second;
-    const HeldStream held(source);
+    const VoxelStream& field_stream = state->second;
+    const HeldStream held(field_stream);
     const std::size_t first = base.channels.size();
-    const std::size_t added = source.channels.size();
+    const std::size_t added = field_stream.channels.size();
 
     const auto brick = [&](const Vec3i& corner, const float* const* values) {
       std::vector<float> sampled(512 * added, 0.0f), at(added);
@@ -157,7 +157,7 @@ VoxelStream resample(VoxelStream onto, VoxelStream field) {
       sink.brick(corner, pointers.data());
     };
 
-    // A tile stays one where the field is uniform all around it.
+    // A tile stays a tile where the field is uniform all around it; else it is divided.
     const std::function<void(const Vec3i&, int, std::span<const float>)> tile = [&](const Vec3i& corner, int level,
                                                                                     std::span<const float> values) {
       const Box3d box = transform_box(to_field, Box3d(Vec3d(corner), Vec3d(corner + Vec3i(1 << level))));
@@ -166,7 +166,7 @@ VoxelStream resample(VoxelStream onto, VoxelStream field) {
         reach.min[axis] = static_cast<int>(std::floor(box.min[axis])) - 1;
         reach.max[axis] = static_cast<int>(std::ceil(box.max[axis])) + 1;
       }
-      const Box3i& filled = source.bounds;
+      const Box3i& filled = field_stream.bounds;
       bool apart = filled.isEmpty();
       for (int axis = 0; axis < 3; ++axis)
         apart = apart || reach.max[axis] <= filled.min[axis] || reach.min[axis] >= filled.max[axis];

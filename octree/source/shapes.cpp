@@ -55,7 +55,7 @@ enum class Fill { empty, full, mixed };
 /// Pours a lattice of `resolution` cells: whole cubes where `fill` knows them, cell by cell elsewhere.
 template <class FillOf, class CellOf>
 void pour_cells(const VoxelSink& sink, const Vec3i& resolution, FillOf&& fill_of, CellOf&& cell_of) {
-  // Descend from one cube over everything to bricks.
+  // Divides one cube over everything until cubes are uniform or bricks.
   struct Cube {
     Vec3i corner;
     int level;
@@ -211,7 +211,7 @@ VoxelStream box_stream(const Vec3d& size_m, double voxel_m) {
     require_length("size_m", size_m[axis]);
     resolution[axis] = cells_along(size_m[axis], voxel_m);
     size[axis] = size_m[axis] / voxel_m;
-    // A voxel that divides the size up to rounding leaves no border cell.
+    // Where the voxel divides the size up to rounding there are no border cells.
     if (std::abs(size[axis] - resolution[axis]) < 1e-9 * size[axis]) size[axis] = resolution[axis];
   }
   VoxelStream stream = centred_stream("box", resolution, voxel_m);

@@ -22,23 +22,23 @@ std::size_t cells_of(const Box3i& box) noexcept {
 
 /// Slabs of eight layers, in the file's order: visit(box, values per grid).
 template <class F>
-void for_each_slab(const SlabSource& source, std::span<const std::size_t> grids, F&& visit) {
+void for_each_slab(const DenseGrids& dense, std::span<const std::size_t> grids, F&& visit) {
   std::vector<std::vector<float>> values(grids.size());
-  const int layers = source.resolution[source.slab_axis];
+  const int layers = dense.resolution[dense.slab_axis];
   for (int begin = 0; begin < layers; begin += 8) {
-    Box3i box(Vec3i(0), source.resolution);
-    box.min[source.slab_axis] = begin;
-    box.max[source.slab_axis] = std::min(begin + 8, layers);
+    Box3i box(Vec3i(0), dense.resolution);
+    box.min[dense.slab_axis] = begin;
+    box.max[dense.slab_axis] = std::min(begin + 8, layers);
     for (std::size_t g = 0; g < grids.size(); ++g) {
       values[g].resize(cells_of(box));
-      source.read(grids[g], box, values[g]);
+      dense.read(grids[g], box, values[g]);
     }
     visit(box, values);
   }
 }
 
-void refuse_bad(const SlabSource& source, std::size_t grid, const Box3i& box, std::span<const float> values) {
-  const bool non_negative = source.grids[grid].require_non_negative;
+void refuse_bad(const DenseGrids& dense, std::size_t grid, const Box3i& box, std::span<const float> values) {
+  const bool non_negative = dense.grids[grid].require_non_negative;
   const auto bad =
       std::find_if(values.begin(), values.end(), [&](float v) { return !std::isfinite(v) || (non_negative && v < 0); });
   if (bad == values.end()) return;
@@ -46,18 +46,18 @@ void refuse_bad(const SlabSource& source, std::size_t grid, const Box3i& box, st
   const Vec3i size = box.max - box.min;
   const auto x = place % std::size_t(size.x), y = place / std::size_t(size.x) % std::size_t(size.y),
              z = place / (std::size_t(size.x) * std::size_t(size.y));
-  throw InputError(source.where[grid],
+  throw InputError(dense.where[grid],
                    fmt::format("voxel ({}, {}, {}) holds {}", box.min.x + int(x), box.min.y + int(y),
                                box.min.z + int(z), std::isnan(*bad) ? std::string("NaN") : fmt::format("{}", *bad)),
                    std::isfinite(*bad) ? "values of this grid must not be negative"
                                        : "values must be finite; clean the grid where it is written");
 }
 
-void pour_slabs(const SlabSource& source, VoxelSink& sink) {
-  std::vector<std::size_t> all(source.grids.size());
+void pour_slabs(const DenseGrids& dense, VoxelSink& sink) {
+  std::vector<std::size_t> all(dense.grids.size());
   for (std::size_t g = 0; g < all.size(); ++g) all[g] = g;
-  for_each_slab(source, all, [&](const Box3i& box, const std::vector<std::vector<float>>& values) {
-    for (std::size_t g = 0; g < all.size(); ++g) refuse_bad(source, g, box, values[g]);
+  for_each_slab(dense, all, [&](const Box3i& box, const std::vector<std::vector<float>>& values) {
+    for (std::size_t g = 0; g < all.size(); ++g) refuse_bad(dense, g, box, values[g]);
     const Vec3i size = box.max - box.min;
     const Vec3i bricks((size.x + 7) / 8, (size.y + 7) / 8, (size.z + 7) / 8);
     tbb::parallel_for(0, bricks.x * bricks.y * bricks.z, [&](int b) {
@@ -86,23 +86,23 @@ void pour_slabs(const SlabSource& source, VoxelSink& sink) {
 
 }  // namespace
 
-VoxelStream stream_slabs(SlabSource source) {
+VoxelStream stream_slabs(DenseGrids dense) {
   VoxelStream stream;
-  stream.name = source.name;
-  stream.index_to_local = source.index_to_local;
-  stream.bounds = Box3i(Vec3i(0), source.resolution);
-  for (const GridRequest& grid : source.grids) stream.channels.push_back(grid.name);
-  stream.background.assign(source.grids.size(), 0.0f);
-  const auto shared = std::make_shared<const SlabSource>(std::move(source));
+  stream.name = dense.name;
+  stream.index_to_local = dense.index_to_local;
+  stream.bounds = Box3i(Vec3i(0), dense.resolution);
+  for (const GridRequest& grid : dense.grids) stream.channels.push_back(grid.name);
+  stream.background.assign(dense.grids.size(), 0.0f);
+  const auto shared = std::make_shared<const DenseGrids>(std::move(dense));
   stream.pour = [shared](VoxelSink& sink) { pour_slabs(*shared, sink); };
   return stream;
 }
 
-SlabRange range_of(const SlabSource& source, std::size_t grid) {
+SlabRange range_of(const DenseGrids& dense, std::size_t grid) {
   SlabRange range;
   range.min = kInfinity;
   range.max = -kInfinity;
-  for_each_slab(source, std::span(&grid, 1), [&](const Box3i&, const std::vector<std::vector<float>>& values) {
+  for_each_slab(dense, std::span(&grid, 1), [&](const Box3i&, const std::vector<std::vector<float>>& values) {
     for (const float value : values[0]) {
       range.min = std::min<double>(range.min, value);
       range.max = std::max<double>(range.max, value);

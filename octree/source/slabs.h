@@ -10,8 +10,8 @@
 
 namespace obscura::detail {
 
-/// Grids of one lattice with `resolution` voxels from index 0 on.
-struct SlabSource {
+/// Grids of a file that share one lattice of `resolution` voxels from index 0 on, and how to read them.
+struct DenseGrids {
   std::string name;  ///< of the file
   std::vector<GridRequest> grids;
   std::vector<std::string> where;  ///< per grid, for messages
@@ -23,14 +23,14 @@ struct SlabSource {
 };
 
 /// @throws (while pouring) InputError naming the first value that the grid's request forbids.
-VoxelStream stream_slabs(SlabSource source);
+VoxelStream stream_slabs(DenseGrids dense);
 
 /// Smallest and largest value of a grid, and how many differ from 0.
 struct SlabRange {
   double min = 0, max = 0;
   std::uint64_t nonzero = 0;
 };
-SlabRange range_of(const SlabSource& source, std::size_t grid);
+SlabRange range_of(const DenseGrids& dense, std::size_t grid);
 
 /// The lattice's part of a GridInfo.
 GridInfo describe_lattice(const std::string& name, const Affine& index_to_local, const Vec3i& resolution);

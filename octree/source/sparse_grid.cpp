@@ -35,7 +35,7 @@ Vec3i voxel_of_brick(const Vec3i& corner, int index) noexcept {
   return corner + Vec3i(index & 7, (index >> 3) & 7, index >> 6);
 }
 
-/// What a scan of some bricks found; `bad` is the first offender's place in the file's order.
+/// What a scan of some bricks found; `bad` is the place, in the file's order, of the first value that is refused.
 struct Scan {
   Box3i bounds;
   float min = std::numeric_limits<float>::infinity();
@@ -152,7 +152,7 @@ class Lookup {
     }
   }
 
-  /// True and the brick's values, or false and one value.
+  /// @returns true with the values of the brick, or false with the one value that all its voxels have
   bool fill(const Vec3i& corner, std::span<float, kBrickVoxels> values) const {
     if (const auto* brick = find(bricks_, corner)) {
       grid_->read(*brick, values);
@@ -214,7 +214,7 @@ void pour_grids(std::span<const SparseGrid> grids, bool consume, const VoxelSink
 }  // namespace
 
 SparseRange check(const SparseGrid& grid) {
-  // The background fills space: only what asks for that may have one.
+  // A background other than 0 fills space: only a request that expects it may get one.
   if (!std::isfinite(grid.background))
     throw InputError(grid.where, "the background value is not finite", "write it with a finite background");
   if (grid.background != 0 && !grid.request.fills_space)
@@ -252,7 +252,7 @@ SparseRange check(const SparseGrid& grid) {
 }
 
 bool same_lattice(const Affine& a, const Affine& b, const Box3i& bounds) {
-  // Where the corners of a's voxels lie in b's index space, and how far that is from home.
+  // How far the corners of the bounds lie apart in the two lattices, in voxels of b.
   if (linear_determinant(a) == 0 || linear_determinant(b) == 0) return false;
   const Affine between = a * b.inverse();
   double farthest = 0;
@@ -296,7 +296,7 @@ std::vector<VoxelStream> make_streams(const std::string& name, std::vector<Spars
       stream.channels.push_back(grid.request.name);
       stream.background.push_back(grid.background);
     }
-    // A channel that fills space does so in every brick another channel brings with it.
+    // A background that fills space fills whole bricks: the bounds reach to their ends.
     if (std::any_of(stream.background.begin(), stream.background.end(), [](float b) { return b != 0; }) &&
         !group.bounds.isEmpty()) {
       stream.bounds.min = ancestor(stream.bounds.min, 3);

@@ -40,7 +40,7 @@ Prepared prepare_lane(const TreeData& tree, const Ray& ray, LaneRay& lane) noexc
   for (int axis = 0; axis < 3; ++axis) {
     const bool mirrored = ray.direction[axis] < 0 && direction[axis] > 0;
     const double d = direction[axis];
-    const double p = origin[axis] + enter * d;  // of a parallel ray: exactly where it is
+    const double p = origin[axis] + enter * d;  // where the ray is parallel to the axis: its origin, without rounding
     const double voxel = std::min(std::max(std::floor(p), low[axis]), high[axis] - 1);
     const double fraction = p - voxel;
     const std::int32_t shift = mirrored ? whole + tree.origin[axis] : -tree.origin[axis];
@@ -51,8 +51,8 @@ Prepared prepare_lane(const TreeData& tree, const Ray& ray, LaneRay& lane) noexc
     lane.direction[axis] = static_cast<float>(d);
     lane.inverse[axis] = static_cast<float>(std::min(inverse[axis], static_cast<double>(kParallel)));
     if (d < kShallow) {
-      // All but parallel: it stays in its layer of voxels, whatever rounding does to its place, or is left to
-      // the scalar walk, which tells by the planes' times.
+      // Nearly parallel: if it crosses no plane it stays in its layer of voxels, whatever rounding does to its place.
+      // Else the scalar walk takes it, which compares the planes' times.
       const double doubt =
           d > 0 ? 4 * std::numeric_limits<double>::epsilon() * (std::abs(origin[axis]) + std::abs(p)) : 0.0;
       if (fraction < doubt || fraction + d * (leave - enter) * (1 + 1e-12) + doubt >= 1) return Prepared::shallow;

@@ -1,5 +1,5 @@
 // The batched walk's calls: each becomes a job for the kernel of the best SIMD target that the machine has.
-// What no kernel can take, the scalar walk does.
+// Rays that no kernel can take go to the scalar walk.
 #include "octree/tree/batch_walk.h"
 
 #include <cassert>
@@ -7,7 +7,7 @@
 
 #include "octree/tree/batch_lane.h"
 
-// Sizeless vectors cannot be members; NEON serves such machines too.
+// Vectors of unknown size cannot be members of a class. Machines that have them run the NEON kernel.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "octree/tree/batch_walk.cpp"
@@ -18,7 +18,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace obscura::detail::HWY_NAMESPACE {
 
-// Several groups of lanes take turns: while one walks, the memory that another needs next is on its way.
+// Two groups of lanes take turns: while one walks, the memory that the other needs next is being fetched.
 template <bool kFloats, bool kFlights, int kChannels>
 void run_groups(const BatchJob& job) {
   std::size_t next_ray = 0;
@@ -64,11 +64,11 @@ HWY_EXPORT(this_target);
 void run_on_this_machine(const BatchJob& job) noexcept { HWY_DYNAMIC_DISPATCH(run_batch)(job); }
 std::int64_t target_of_this_machine() noexcept { return HWY_DYNAMIC_DISPATCH(this_target)(); }
 
-// Larger trees than 32-bit offsets reach, and larger domains than floats step over, are walked in double.
+// Beyond these the scalar walk has to serve: 32-bit offsets do not reach further, and floats are too coarse.
 constexpr std::size_t kMaxPackedBytes = std::size_t{1} << 31, kMaxFloatBytes = std::size_t{1} << 33;
 constexpr int kMaxBatchLevel = 12;
 
-// False where the scalar walk has to serve.
+// Describes a call to the kernels. @returns false where the scalar walk has to serve
 bool make_job(const Octree& tree, std::span<const double> weights, BatchJob& job) noexcept {
   const TreeData& data = tree.data();
   assert(weights.size() == data.channels.size());

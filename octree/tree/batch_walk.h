@@ -1,5 +1,5 @@
 // The batched walk: many rays or flights at once, one per SIMD lane, lanes refilled as rays end.
-// Float in the lanes with double sums; the scalar walk of walk.h is its oracle.
+// Float in the lanes with double sums; it is tested against the scalar walk of walk.h.
 #pragma once
 
 #include <span>
@@ -24,7 +24,7 @@ struct Flight {
   double target_depth = 0;
 };
 
-/// free_path() of every flight, in the precision of optical_depths().
+/// free_path() (walk.h) of every flight, with the error of optical_depths(). Runs on the calling thread.
 void free_paths(const Octree& tree, std::span<const Flight> flights, std::span<const double> weights,
                 std::span<FreePath> ends) noexcept;
 

@@ -16,7 +16,8 @@ const ChannelHeader* headers_of(const TreeData& tree, std::uint32_t word) noexce
   return reinterpret_cast<const ChannelHeader*>(tree.record(word));
 }
 
-// Calls use(factor, value), value(i) * factor the extinction in leaf i of a record.
+// Calls use(factor, value), where value(i) * factor is the extinction in leaf i of a record.
+// @param only  the one channel with a weight, or -1
 template <class Use>
 auto with_values(const std::byte* record, const ChannelHeader* headers, std::span<const double> weights, int only,
                  Use&& use) noexcept {
@@ -51,7 +52,7 @@ auto with_values(const std::byte* record, const ChannelHeader* headers, std::spa
   });
 }
 
-// Extinction where a record is one leaf; negative where it is not.
+// The extinction of a record that is one leaf; negative where it has several leaves.
 double uniform_extinction(const ChannelHeader* headers, std::span<const double> weights, int only) noexcept {
   if (only >= 0) {
     return headers[only].bits() == 0
@@ -96,7 +97,7 @@ double block_depth(const TreeData& tree, const Line& line, std::uint32_t word, d
   });
 }
 
-// Where in a block its optical depth from `begin` on reaches `target`, which it does.
+// Where in a block the optical depth from `begin` on reaches `target`. @pre it does before `end`
 double collision(const TreeData& tree, const Line& line, std::uint32_t word, double begin, double end, double target,
                  std::span<const double> weights, int only) noexcept {
   const auto inside = [](double from, double to, double t) {

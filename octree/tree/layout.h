@@ -40,8 +40,9 @@ struct Word {
   static constexpr std::uint32_t empty(int level) noexcept { return kEmpty | static_cast<std::uint32_t>(level); }
   static constexpr bool is_empty(std::uint32_t word) noexcept { return (word & kEmpty) != 0; }
   static constexpr int empty_level(std::uint32_t word) noexcept { return static_cast<int>(word & 31u); }
-  /// An empty word also tells how many bricks further the nearest is that is not empty, along the farthest axis:
-  /// all nearer ones can be skipped whatever the direction. 0: not known.
+  /// An empty word also holds how many bricks away the nearest brick is that is not empty, counted along the axis on
+  /// which it is farthest. All bricks nearer than that are empty, so a ray may skip them in any direction. 0: not
+  /// known.
   static constexpr int kMaxDistance = 255;
   static constexpr std::uint32_t with_distance(std::uint32_t word, int distance) noexcept {
     return word | static_cast<std::uint32_t>(distance) << 5;

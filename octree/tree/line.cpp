@@ -16,7 +16,7 @@ bool Line::start(const Ray& ray) noexcept {
       up_[a] = 1;
       inverse_[a] = delta_[a] = kInfinity;  // the planes above are never reached
       if (!(origin_[a] >= domain.min[a] && origin_[a] < domain.max[a])) return false;
-      origin_[a] = std::floor(origin_[a]) + 0.5;  // where in the voxel does not matter; no rounding leads out of it
+      origin_[a] = std::floor(origin_[a]) + 0.5;  // any place in the voxel will do: here rounding cannot leave it
     } else {
       inverse_[a] = 1.0 / direction_[a];
       delta_[a] = std::abs(inverse_[a]);
@@ -32,7 +32,8 @@ bool Line::start(const Ray& ray) noexcept {
   t_ = enter;
   leave_ = leave;
 
-  // A position is rounded by some 1e-16 of its largest term; along a slow axis that is a long time.
+  // A position is wrong by some 1e-16 of its largest term. Along an axis on which the ray is slow that is so much time
+  // that voxels have to be found from the times of planes instead (exact_).
   std::ptrdiff_t stride = 1;
   word_ = 0;
   for (int a = 0; a < 3; ++a) {
@@ -51,8 +52,8 @@ bool Line::start(const Ray& ray) noexcept {
   return true;
 }
 
-// The cell in [low, high] along an axis in which the ray is just after t: its entry plane's time is not after
-// t, its exit plane's is. Cell i begins at low_plane + i * size.
+// The cell in [low, high] along an axis in which the ray is just after t: the ray enters it at t or before, and leaves
+// it after t. Cell i begins at low_plane + i * size. @param guess  where to begin looking
 int Line::locate(int a, double t, double low_plane, double size, int guess, int low, int high) const noexcept {
   if (direction_[a] == 0) return guess;
   int i = std::clamp(guess, low, high);
@@ -90,7 +91,7 @@ double Line::large_planes(int level, double (&planes)[3]) const noexcept {
   return end;
 }
 
-// To the first of these planes, one on each axis and not before the block's far planes.
+// Goes on to the first of three planes, one on each axis, none of which is before the block's far plane.
 void Line::jump(const double (&planes)[3]) noexcept {
   double times[3], to = leave_;
   for (int a = 0; a < 3; ++a) to = std::min(to, times[a] = time(a, planes[a]));

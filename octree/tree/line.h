@@ -1,5 +1,5 @@
-// A ray from block to block for what only sums along it: all blocks are 8^3 voxels, the three next planes
-// between them are carried along, and a brick's leaves are walked in registers. walk.h tells where planes are.
+// A ray from block to block, for sums along it (optical depths, free paths): all blocks are 8^3 voxels, the three next
+// planes between them are carried along, and a brick's leaves are walked in registers. walk.h tells where planes are.
 #pragma once
 
 #include <algorithm>
@@ -27,6 +27,7 @@ struct LeafSteps {
   std::ptrdiff_t stride[3], first;
 };
 
+/// A ray on its way through a tree, block by block.
 class Line {
  public:
   /// Calls visit(line, word, begin, end) for each block that is not empty, front to back, until it returns false. A
@@ -74,7 +75,7 @@ class Line {
   double large_planes(int level, double (&planes)[3]) const noexcept;
   void jump(const double (&planes)[3]) noexcept;
 
-  // Farther than this many blocks to the next that is not empty, it is found anew instead of by steps.
+  // Where the next block that is not empty is at least so many blocks away, the walk jumps there instead of stepping.
   static constexpr int kFar = 4;
   // Leaves of this level and above are crossed at once.
   static constexpr int kLarge = 5;
@@ -127,7 +128,8 @@ class Line {
 };
 
 /// Calls visit(number, begin, end) for the leaves of a brick until it returns false. Times are added up from plane to
-/// plane: off by a few roundings at most, since every brick begins anew; so near to its end the brick is at its end.
+/// plane. They are off by a few roundings at most, since every brick begins with new ones; a plane that lies within
+/// those roundings of the brick's end counts as its end.
 template <class Visit>
 inline void for_each_leaf(const LeafSteps& steps, double begin, double end, Visit&& visit) noexcept {
   const double limit = end - 8e-15 * (std::abs(begin) + std::abs(end));
@@ -144,7 +146,7 @@ inline void for_each_leaf(const LeafSteps& steps, double begin, double end, Visi
     if (!visit(i, t, to)) return;
     t = to;
     i += (t0 <= to ? s0 : 0) + (t1 <= to ? s1 : 0) + (t2 <= to ? s2 : 0);
-    // Added, not chosen: which plane comes next is not to be foretold, and compilers branch on a choice.
+    // Additions of 0 in place of branches: which plane comes next cannot be predicted, so that branches cost more.
     t0 += t0 <= to ? d0 : 0.0;
     t1 += t1 <= to ? d1 : 0.0;
     t2 += t2 <= to ? d2 : 0.0;

@@ -11,7 +11,7 @@ Bounds record_bounds(const ChannelHeader& header) noexcept {
   const int bits = header.bits();
   if (bits == 0) return {header.offset, header.offset, header.mean};
   if (bits == 32) return {header.offset, header.scale, header.mean};
-  // The largest value that unpack() can make, by the same operations.
+  // The largest value that unpack() can return, computed by the same operations.
   const float max = header.offset + header.scale * static_cast<float>((1u << bits) - 1u);
   return {header.offset, max, header.mean};
 }

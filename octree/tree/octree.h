@@ -14,8 +14,8 @@
 
 namespace obscura {
 
-/// Where the records are and how they are counted: a brick (level 3, up to 512 different voxels) or a
-/// uniform leaf of level >= 3. Only what is not empty in all channels is a block.
+/// A piece of the tree that has a record: a brick (level 3, up to 512 different voxels) or a uniform leaf of level
+/// >= 3. Leaves that are empty in all channels are no blocks.
 struct Block {
   Cell cell;
   bool uniform = false;
@@ -56,12 +56,12 @@ class Octree {
 
   /// Value at a point of index space; a point on a face belongs to the voxel above it. 0 outside.
   float value(int channel, const Vec3d& index_point) const noexcept;
-  /// Mean of the cell of this level there, or of its leaf where that is coarser. 0 outside.
+  /// Mean over the cell of this level that holds the point, or over its leaf where that is larger. 0 outside.
   float value(int channel, const Vec3d& index_point, int level) const noexcept;
 
-  /// Of a cell of level 0..top_level() aligned as cell_at() makes them; 0 where it is outside the domain.
+  /// Bounds of a cell of level 0..top_level(), aligned as cell_at() makes them; 0 where it is outside the domain.
   Bounds bounds(int channel, const Cell& cell) const noexcept;
-  /// Of the whole tree.
+  /// Bounds of the whole tree.
   Bounds bounds(int channel) const noexcept { return bounds(channel, top()); }
 
   /// Calls f(const Cell&, std::span<const float> values) for every leaf with a value that is not 0, in a

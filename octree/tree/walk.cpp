@@ -14,7 +14,7 @@ void Walk::start(const Ray& ray) noexcept {
   if (!finite(ray.origin) || !finite(ray.direction)) return;
   const Box3i& domain = tree_->domain;
 
-  // Clip to the domain by the same planes' times that the walk uses inside.
+  // The ray is clipped to the domain by times of planes that are rounded as those inside are.
   double enter = ray.t_min;
   double leave = ray.t_max;
   bool moves = false;
@@ -49,8 +49,7 @@ void Walk::start(const Ray& ray) noexcept {
   cell_level_ = -1;  // no block yet: voxel_ is where the ray is
 }
 
-// The voxel in [low, high] in which the ray is just after t: its entry plane's time is not after t,
-// its exit plane's time is.
+// The voxel in [low, high] in which the ray is just after t: the ray enters it at t or before, and leaves it after t.
 int Walk::locate(int axis, double t, int low, int high) const noexcept {
   const double position = std::min(std::max(origin_[axis] + t * direction_[axis], low + 0.0), high + 0.0);
   int i = static_cast<int>(position);

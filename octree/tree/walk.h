@@ -1,5 +1,5 @@
 // The scalar walk: a ray's segments through the leaves, front to back, in double and exact. It
-// skips whole levels and can stop at a coarser one. The oracle of batch_walk.h.
+// skips whole levels and can stop at a coarser one. batch_walk.h is tested against it.
 #pragma once
 
 #include <algorithm>
@@ -53,10 +53,10 @@ class Walk {
     }
   }
 
-  /// The same, but cells may be taken whole: `stops.level(begin)` is the coarsest level that may be asked for where the
-  /// ray is, and `stops.take(bounds, begin, end)` says whether the walk stops at a cell; bounds(channel) are its
-  /// Bounds. Coarser cells are asked first, each once: where the ray enters it, or begins in it, and not in an empty
-  /// leaf.
+  /// The same, but a cell above the leaves may become one segment. Where the ray enters a block that is not empty, the
+  /// cells around it are offered from the coarsest on: `stops.level(begin)` says how coarse the first may be, and
+  /// `stops.take(bounds, begin, end)` whether a cell is taken; bounds(channel) are its Bounds. Each cell is offered
+  /// once, where the ray enters it or begins in it.
   template <class Stops>
   bool next(Stops&& stops) noexcept {
     for (;;) {
@@ -84,14 +84,14 @@ class Walk {
   /// Cells below bricks hold no bounds of their own: to find them costs more than to walk through the cell.
   static constexpr int kFinestStop = 3;
 
-  /// The walk stops here above the leaves.
+  /// Whether the present segment is that of a cell above the leaves.
   bool coarse() const noexcept { return kind_ == Kind::coarse; }
 
   /// Ray parameters of the present segment.
   double begin() const noexcept { return begin_; }
   double end() const noexcept { return end_; }
 
-  /// Every channel is 0 here.
+  /// Whether every channel is 0 in the present segment.
   bool empty() const noexcept {
     if (kind_ == Kind::empty) return true;
     for (int c = 0; c < tree_->channel_count(); ++c) {
@@ -99,10 +99,11 @@ class Walk {
     }
     return true;
   }
-  /// In a leaf or cell that is known to be empty without a look at its values; cheaper than empty().
+  /// Whether the present leaf or cell is known to be empty without a look at its values: cheaper than empty(), and
+  /// false where a leaf happens to hold zeros.
   bool in_empty_leaf() const noexcept { return kind_ == Kind::empty; }
 
-  /// Of the present leaf, or the mean of the present cell where the walk stops above the leaves.
+  /// The value of the present leaf, or the mean of the present cell where the walk stops above the leaves.
   float value(int channel) const noexcept {
     assert(channel >= 0 && channel < tree_->channel_count());
     if (kind_ == Kind::leaves) return detail::unpack(record_, header(channel), static_cast<unsigned>(index_));

@@ -83,7 +83,7 @@ ErrorMeasure build_measure(const Cloud& cloud, std::span<const Band> bands, cons
     if (strongest) parts->push_back(std::move(*strongest));
   }
   if (parts->empty()) return measure;
-  measure.source = [parts, channel, scale, offset](std::span<const float> values) {
+  measure.emission = [parts, channel, scale, offset](std::span<const float> values) {
     double largest = 0;
     const double kelvin = scale * static_cast<double>(values[static_cast<std::size_t>(channel)]) + offset;
     for (const Part& part : *parts) {

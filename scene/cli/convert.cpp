@@ -11,6 +11,7 @@
 #include "octree/build/build.h"
 #include "octree/io/export.h"
 #include "octree/io/import.h"
+#include "octree/io/volume_formats.h"
 #include "quantities.h"
 
 namespace obscura::cli {
@@ -89,9 +90,7 @@ int convert(const ConvertArguments& a) {
 Command add_convert(CLI::App& program) {
   const auto a = std::make_shared<ConvertArguments>();
   CLI::App* app = program.add_subcommand("convert", "Convert a volume to OpenVDB, with a tolerance if one is given");
-  app->add_option("input", a->input, "OpenVDB, NanoVDB, NetCDF, LES text or raw voxels (.json)")
-      ->required()
-      ->type_name("IN");
+  app->add_option("input", a->input, volume_format_list())->required()->type_name("IN");
   app->add_option("output", a->output, "OpenVDB file to write")->required()->type_name("OUT.vdb");
   app->add_option("--tolerance", a->tolerance, "Error of a ray's transmission to allow, 0.001 or 0.1%; 0: lossless")
       ->type_name("E")

@@ -1,39 +1,48 @@
-// Other files of an image: ENVI, counts, tables of pixels. Shared by render and export.
+// The outputs of an image, as options of the commands: render has all of them, export those for other programs.
 #pragma once
 
 #include <array>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "commands.h"
 #include "console.h"
-#include "sensor/picture/image.h"
+#include "sensor/picture/image_outputs.h"
 
 namespace obscura::cli {
 
+/// What the command line asks for.
 struct Exports {
-  std::string envi, quantity = "radiance", counts, csv;
+  std::map<std::string, std::string> files;  ///< by option, "--envi"; empty: not asked for
+  std::string quantity = "radiance";
   std::vector<int> region, line;  ///< empty, or four numbers
+
+  /// Whether an output is asked for that obeys --quantity.
+  bool takes_quantity() const;
 };
 
-void add_export_options(CLI::App& app, Exports& exports);
+/// The options of the table's outputs that are of this use. @pre `exports` outlives the parsing
+void add_output_options(CLI::App& app, Exports& exports, OutputUse use);
 
-/// FILE.png for the first band, FILE.<band>.png for the others.
-std::filesystem::path file_of_band(const std::string& file, const std::vector<std::string>& bands, std::size_t band);
+/// The same for OutputUse::other, and what they may be told: quantity and pixels.
+void add_export_options(CLI::App& app, Exports& exports);
 
 /// What is known of an image before there is one.
 struct ExportSource {
   std::vector<std::string> bands;
   std::array<int, 2> resolution{1, 1};
-  bool has_counts = false;
-  std::string no_counts;  ///< what to do about it
+  std::vector<std::string> quantities;  ///< that every band has: "radiance", "counts" ...
+  std::string no_counts;                ///< what to do where an output needs counts and there are none
 };
 
-/// The files, for check_outputs(); and what cannot be, as problems.
-std::vector<Output> export_outputs(const Exports& exports, const ExportSource& source, std::vector<Problem>& problems);
+/// The files of all outputs of this use that are asked for, for check_outputs(); and what cannot be, as problems.
+std::vector<Output> export_outputs(const Exports& exports, OutputUse use, const ExportSource& source,
+                                   std::vector<Problem>& problems);
 
-/// @throws InputError where the image lacks what is asked for, ResourceError
-void write_exports(const Exports& exports, const Image& image);
+/// Writes all outputs of this use that are asked for.
+/// @throws InputError where the image lacks what is asked for, ResourceError where a file cannot be written
+void write_exports(const Exports& exports, OutputUse use, const Image& image);
 
 }  // namespace obscura::cli

@@ -11,6 +11,7 @@
 #include "octree/build/build.h"
 #include "octree/io/export.h"
 #include "octree/io/import.h"
+#include "octree/io/volume_formats.h"
 #include "quantities.h"
 
 namespace obscura::cli {
@@ -124,9 +125,7 @@ int info(const InfoArguments& a) {
 Command add_info(CLI::App& program) {
   const auto a = std::make_shared<InfoArguments>();
   CLI::App* app = program.add_subcommand("info", "Show what a volume file holds and what its octrees cost");
-  app->add_option("file", a->file, "OpenVDB, NanoVDB, NetCDF, LES text or raw voxels (.json)")
-      ->required()
-      ->type_name("FILE");
+  app->add_option("file", a->file, volume_format_list())->required()->type_name("FILE");
   app->add_option("--tolerance", a->tolerance, "Error of a ray's transmission, 0.001 or 0.1%; 0: lossless only")
       ->type_name("E")
       ->capture_default_str();

@@ -97,19 +97,19 @@ Command add_plan(CLI::App& program) {
   app->add_option("scene", a->scene, "Scene file")->required()->type_name("SCENE");
   app->add_flag("--json", a->json, "{\"plan\": [...]} in place of the table");
   app->add_flag("--quiet", a->quiet, "No progress; warnings and errors stay");
-  const char* const wish = "In place of the scene's";
+  const char* const edits = "In place of the scene's";
   app->add_option("--target-error", a->target_error, "Image error that is allowed: 0.03 or 3%; default 0.1%")
       ->type_name("E")
-      ->group(wish);
-  app->add_option("--time", a->time, "The picture's time: seconds, or 30s, 5min")->type_name("S")->group(wish);
-  app->add_option("--method", a->method, "How scattering is found: photon or path")->type_name("M")->group(wish);
-  add_effect_option(*app, a->effects)->group(wish);
+      ->group(edits);
+  app->add_option("--time", a->time, "The picture's time: seconds, or 30s, 5min")->type_name("S")->group(edits);
+  app->add_option("--method", a->method, "How scattering is found: photon or path")->type_name("M")->group(edits);
+  add_effect_option(*app, a->effects)->group(edits);
   app->add_option("--set", a->set, "Change any value of the scene; may be repeated")
       ->type_name("/POINTER=VALUE")
       ->type_size(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->allow_extra_args(false)
-      ->group(wish);
+      ->group(edits);
   app->footer(
       "bound: the image error that leaving the effect out can cause; 0: provably none. cost: of one core, by a model.\n"
       "What is left out on bounds may use a tenth of the target error together.\n\n"

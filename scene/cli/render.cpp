@@ -12,15 +12,12 @@
 #include "quantities.h"
 #include "scene/file/scene_io.h"
 #include "scene/run/run.h"
-#include "sensor/picture/image_io.h"
-#include "sensor/picture/preview.h"
-#include "sensor/picture/rays_picture.h"
 
 namespace obscura::cli {
 namespace {
 
 struct RenderArguments {
-  std::string scene, output, report, preview, rays;
+  std::string scene, report;
   std::string method, photons, samples, time, target_error, time_limit, seed, memory;
   std::vector<std::string> set, effects;
   Exports exports;
@@ -57,18 +54,8 @@ std::vector<SceneEdit> edits_of(const RenderArguments& a, const CLI::App& app, s
   return edits;
 }
 
-// What the scene says about the image to come.
-ExportSource source_of(const Description& scene) {
-  ExportSource source;
-  for (const BandDescription& band : scene.bands) source.bands.push_back(band.name);
-  source.resolution = scene.sensor.resolution;
-  source.has_counts = scene.sensor.detector.bits > 0;
-  source.no_counts = "give \"bits\" in the scene's sensor/detector, or --set /sensor/detector/bits=14";
-  return source;
-}
-
-// Quantities of a band that every image, or the image of such a scene, has.
-void check_quantity(const std::string& quantity, const Description& scene, std::vector<Problem>& problems) {
+// Quantities that each band of the image will have: those of every image, and those of such a scene.
+std::vector<std::string> quantities_of(const Description& scene) {
   std::vector<std::string> known = {"radiance", "error", "transmission"};
   const bool grey = std::any_of(scene.bands.begin(), scene.bands.end(), [](const auto& band) { return band.grey(); });
   if (!grey) known.push_back("temperature");
@@ -79,6 +66,21 @@ void check_quantity(const std::string& quantity, const Description& scene, std::
     if (!grey) known.push_back("detector_temperature");
     if (scene.sensor.detector.bits > 0) known.push_back("counts");
   }
+  return known;
+}
+
+// What the scene says about the image to come.
+ExportSource source_of(const Description& scene) {
+  ExportSource source;
+  for (const BandDescription& band : scene.bands) source.bands.push_back(band.name);
+  source.resolution = scene.sensor.resolution;
+  source.quantities = quantities_of(scene);
+  source.no_counts = "give \"bits\" in the scene's sensor/detector, or --set /sensor/detector/bits=14";
+  return source;
+}
+
+void check_quantity(const std::string& quantity, const ExportSource& source, std::vector<Problem>& problems) {
+  const std::vector<std::string>& known = source.quantities;
   if (std::find(known.begin(), known.end(), quantity) != known.end()) return;
   problems.push_back({"--quantity", "the bands will not all have a channel \"" + quantity + "\"",
                       fmt::format("give one of {}", fmt::join(known, ", "))});
@@ -102,22 +104,24 @@ int render(const RenderArguments& a, const CLI::App& app) {
     problems.insert(problems.end(), error.problems().begin(), error.problems().end());
   }
 
+  const std::filesystem::path image_file = a.exports.files.at("--output");
   const std::filesystem::path report_file =
-      a.report.empty() ? std::filesystem::path(a.output).replace_extension(".json") : std::filesystem::path(a.report);
-  std::vector<Output> outputs = {{a.output, "--output", ".exr"}, {report_file, "--report", ""}};
+      a.report.empty() ? std::filesystem::path(image_file).replace_extension(".json") : std::filesystem::path(a.report);
   const ExportSource source = scene ? source_of(*scene) : ExportSource{};
-  for (std::size_t band = 0; band < std::max<std::size_t>(1, source.bands.size()) && !a.preview.empty(); ++band) {
-    outputs.push_back({file_of_band(a.preview, source.bands, band), "--preview", ".png"});
-  }
-  if (!a.rays.empty()) outputs.push_back({a.rays, "--rays", ".png"});
+  std::vector<Output> outputs = export_outputs(a.exports, OutputUse::image, source, problems);
+  outputs.push_back({report_file, "--report", ""});
+  const auto add_outputs = [&](OutputUse use) {
+    const std::vector<Output> more = export_outputs(a.exports, use, source, problems);
+    outputs.insert(outputs.end(), more.begin(), more.end());
+  };
+  add_outputs(OutputUse::picture);
   if (scene) {
-    if (!a.rays.empty() && !scene->sensor.antialiasing.adaptive()) {
+    if (!a.exports.files.at("--rays").empty() && !scene->sensor.antialiasing.adaptive()) {
       problems.push_back(
           {"--rays", "the scene's antialiasing gives every pixel as many rays", "leave its thresholds above 0"});
     }
-    if (!a.exports.envi.empty()) check_quantity(a.exports.quantity, *scene, problems);
-    const std::vector<Output> more = export_outputs(a.exports, source, problems);
-    outputs.insert(outputs.end(), more.begin(), more.end());
+    if (a.exports.takes_quantity()) check_quantity(a.exports.quantity, source, problems);
+    add_outputs(OutputUse::other);
   }
   check_outputs(outputs, a.force, input_files(a.scene, scene), std::move(problems));
 
@@ -128,21 +132,16 @@ int render(const RenderArguments& a, const CLI::App& app) {
   const RunResult result = run_scene(*scene, options, console.progress());
   console.finish();
 
-  write_image(a.output, result.image);
+  write_exports(a.exports, OutputUse::image, result.image);
   write_report(report_file, result.report);
-  if (!a.preview.empty()) {
-    for (std::size_t band = 0; band < source.bands.size(); ++band) {
-      write_preview_sheet(file_of_band(a.preview, source.bands, band), result.image, source.bands[band]);
-    }
-  }
-  if (!a.rays.empty()) write_png(a.rays, rays_picture(result.image));
-  write_exports(a.exports, result.image);
+  write_exports(a.exports, OutputUse::picture, result.image);
+  write_exports(a.exports, OutputUse::other, result.image);
   print_warnings(result.report.warnings);
   if (result.report.accuracy && !a.quiet) print_accuracy(*result.report.accuracy);
   if (!a.quiet) {
-    std::string written = a.output + ", " + report_file.string();
-    for (std::size_t i = 2; i < outputs.size(); ++i) written += ", " + outputs[i].file.string();
-    fmt::print("{}{}\n", result.report.partial ? "partial: " : "", written);
+    std::vector<std::string> written;
+    for (const Output& output : outputs) written.push_back(output.file.string());
+    fmt::print("{}{}\n", result.report.partial ? "partial: " : "", fmt::join(written, ", "));
   }
   if (result.failure) {
     throw NumericalError(a.scene, *result.failure, "the image was written; its numbers are not to be trusted");
@@ -156,33 +155,30 @@ Command add_render(CLI::App& program) {
   CLI::App* app = program.add_subcommand("render", "Render a scene to an image (OpenEXR) and a report (JSON)");
   const auto a = std::make_shared<RenderArguments>();
   app->add_option("scene", a->scene, "Scene file")->required()->type_name("SCENE");
-  app->add_option("-o,--output", a->output, "Image to write: radiance, error, transmission, temperature ...")
-      ->required()
-      ->type_name("IMAGE.exr");
+  add_output_options(*app, a->exports, OutputUse::image);
   app->add_option("--report", a->report, "Report to write; default: the image's name, ending in .json")
       ->type_name("R.json");
-  app->add_option("--preview", a->preview, "Picture to look at")->type_name("P.png");
-  app->add_option("--rays", a->rays, "Picture of where the rays went, and what asked for them")->type_name("P.png");
+  add_output_options(*app, a->exports, OutputUse::picture);
   app->add_flag("-f,--force", a->force, "Replace outputs that exist");
   app->add_flag("--quiet", a->quiet, "No progress; warnings and errors stay");
 
-  const char* const wish = "In place of the scene's";
+  const char* const edits = "In place of the scene's";
   app->add_option("--method", a->method, "How scattering is found: photon or path (baked is not available yet)")
       ->type_name("M")
-      ->group(wish);
-  app->add_option("--photons", a->photons, "Photons emitted, per band")->type_name("N")->group(wish);
+      ->group(edits);
+  app->add_option("--photons", a->photons, "Photons emitted, per band")->type_name("N")->group(edits);
   app->add_option("--samples", a->samples, "Paths per pixel of final gather and method path")
       ->type_name("N")
-      ->group(wish);
-  app->add_option("--time", a->time, "The picture's time: seconds, or 30s, 5min")->type_name("S")->group(wish);
-  app->add_option("--seed", a->seed, "Seed of all random numbers")->type_name("N")->group(wish);
-  add_effect_option(*app, a->effects)->group(wish);
+      ->group(edits);
+  app->add_option("--time", a->time, "The picture's time: seconds, or 30s, 5min")->type_name("S")->group(edits);
+  app->add_option("--seed", a->seed, "Seed of all random numbers")->type_name("N")->group(edits);
+  add_effect_option(*app, a->effects)->group(edits);
   app->add_option("--set", a->set, "Change any value of the scene, e.g. /sensor/fov_deg=5; may be repeated")
       ->type_name("/POINTER=VALUE")
       ->type_size(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->allow_extra_args(false)
-      ->group(wish);
+      ->group(edits);
 
   add_export_options(*app, a->exports);
 

@@ -1,4 +1,4 @@
-// The wish: what a scene file says, checked, with every default filled in. Plain values in the file's own
+// A scene: what its file says, checked, with every default filled in. Plain values in the file's own
 // units (its names carry them); nothing here is loaded but small tables.
 #pragma once
 
@@ -72,7 +72,7 @@ struct CloudDescription {
   std::optional<PuffSettings> puffs;
   std::vector<MediumDescription> media;  ///< one or more
   std::optional<TemperatureDescription> temperature;
-  std::optional<Spectrum> source;             ///< see Emitter
+  std::optional<Spectrum> given_radiance;     ///< in place of Planck's law (the key "source"); see Emitter
   Spectrum emission = Spectrum::constant(0);  ///< W/m3/sr per unit of density, added as it is
   PlaceDescription place;
   std::array<bool, 2> periodic{false, false};  ///< along x, y
@@ -115,8 +115,8 @@ struct MaterialDescription {
   double permeable = 0;
 };
 
-/// A hot sphere.
-struct SourceDescription {
+/// A hot sphere (an entry of the key "sources").
+struct HotSphereDescription {
   std::string name;
   Vec3d position_m{0, 0, 0};
   double radius_m = 0;
@@ -150,7 +150,7 @@ struct AtmosphereDescription {
   std::optional<Spectrum> radiance;
 };
 
-/// What asks for more rays than one in a pixel; a threshold that nothing reaches switches a criterion off.
+/// When a pixel gets more rays than one. A criterion whose threshold nothing reaches is off.
 struct AntialiasingDescription {
   int polygons = 2;                    ///< this many that differ; 0: every pixel gets max_oversampling rays
   std::optional<int> polygons_strict;  ///< this many, alike or not
@@ -164,7 +164,7 @@ struct AntialiasingDescription {
   double radiance = 0.05;       ///< relative
   std::optional<double> error;  ///< relative standard error that a pixel is to reach
 
-  /// Else every pixel gets as many rays.
+  /// Whether pixels get different numbers of rays; false: each gets max_oversampling.
   bool adaptive() const noexcept { return polygons != 0 && polygons_strict != 0 && materials != 0; }
 };
 
@@ -232,7 +232,7 @@ struct Description {
   std::vector<CloudDescription> clouds;
   std::vector<ObjectDescription> objects;
   std::map<std::string, MaterialDescription> materials;
-  std::vector<SourceDescription> sources;
+  std::vector<HotSphereDescription> hot_spheres;
   std::vector<ParticleDescription> particles;  ///< all times, as in the file
   std::optional<SkyDescription> sky;
   std::optional<SunDescription> sun;
@@ -248,9 +248,9 @@ struct Description {
   std::string hash;                   ///< 16 hexadecimal digits; the same for the same values, however written
 };
 
-/// What gives the radiance of something that may have a temperature and a radiance (a cloud's `source`).
-/// A grey band takes the radiance. So does any other band, unless the scene also holds grey bands and the
-/// temperature is given beside: then the radiance is for those.
+/// What gives the radiance of something that may have a temperature and a given radiance. A grey band takes the given
+/// radiance. So does any other band, unless there is a temperature too and the scene also holds grey bands: then the
+/// given radiance is for the grey ones.
 enum class Emitter { none, planck, radiance };
 Emitter emitter(const Description& scene, const BandDescription& band, bool has_temperature,
                 bool has_radiance) noexcept;

@@ -14,7 +14,7 @@ namespace {
 
 std::string element(const char* list, std::size_t index) { return pointer_to(pointer_to("", list), index); }
 
-/// Names are unique; those not given become word1, word2, ...
+/// Refuses names that are given twice, and fills in word1, word2, ... where none is given.
 template <class T>
 void check_names(Findings& findings, std::vector<T>& things, const char* list, const std::string& word) {
   std::map<std::string, std::size_t> first;
@@ -36,7 +36,7 @@ void check_names(Findings& findings, std::vector<T>& things, const char* list, c
   }
 }
 
-/// A direction of any length but 0 becomes a unit vector.
+/// Makes a direction a unit vector. Any length but 0 is accepted.
 void check_direction(Findings& findings, const std::string& pointer, Vec3d& direction) {
   if (!findings.good(pointer)) return;
   const double length = direction.length();
@@ -74,7 +74,7 @@ void check_bands(Findings& findings, std::vector<BandDescription>& bands) {
   }
 }
 
-/// Kelvin and wavelengths mean nothing in a grey band.
+/// A grey band has no wavelengths: it takes given radiances, but no temperatures and no spectral tables.
 void check_grey(Findings& findings, const Description& scene) {
   const BandDescription* grey = nullptr;
   bool all_grey = true;
@@ -89,6 +89,7 @@ void check_grey(Findings& findings, const Description& scene) {
     findings.problem(pointer, fmt::format("a temperature says nothing in the grey band \"{}\"", grey->name),
                      fmt::format("give \"{}\" instead, or give the band \"um\"", instead));
   };
+  // A temperature beside a radiance: each has to have bands that use it.
   const auto check_pair = [&](const std::string& K, const std::string& pointer, bool has_K, bool has_radiance) {
     if (any_grey && has_K && (all_grey || !has_radiance)) {
       refuse_kelvin(K, "radiance");
@@ -97,6 +98,7 @@ void check_grey(Findings& findings, const Description& scene) {
                        "give one; both only where the scene also holds grey bands, which take the radiance");
     }
   };
+  // @param needed  one of the two has to be given
   const auto check_either = [&](const std::string& pointer, bool has_K, bool has_radiance, bool needed) {
     if (findings.bad(pointer_to(pointer, "K")) || findings.bad(pointer_to(pointer, "radiance"))) return;
     check_pair(pointer_to(pointer, "K"), pointer, has_K, has_radiance);
@@ -106,9 +108,9 @@ void check_grey(Findings& findings, const Description& scene) {
     }
   };
 
-  for (std::size_t i = 0; i < scene.sources.size(); ++i) {
+  for (std::size_t i = 0; i < scene.hot_spheres.size(); ++i) {
     const std::string pointer = element("sources", i);
-    check_either(pointer, scene.sources[i].K.has_value(), scene.sources[i].radiance.has_value(), true);
+    check_either(pointer, scene.hot_spheres[i].K.has_value(), scene.hot_spheres[i].radiance.has_value(), true);
   }
   if (scene.sky) {
     check_either("/environment/sky", scene.sky->K.has_value(), scene.sky->radiance.has_value(), false);
@@ -122,7 +124,7 @@ void check_grey(Findings& findings, const Description& scene) {
     const std::string pointer = element("objects", i);
     check_either(pointer, object.K.has_value(), object.radiance.has_value(), false);
     if (findings.bad(pointer_to(pointer, "radiance"))) continue;
-    // Kelvin of its parts are the object's too.
+    // A temperature of a group or of single faces counts as one of the object.
     for (const auto& [name, group] : object.groups) {
       const std::string K = pointer_to(pointer_to(pointer_to(pointer, "groups"), name), "K");
       if (group.K) check_pair(K, pointer, true, object.radiance.has_value());
@@ -139,7 +141,7 @@ void check_grey(Findings& findings, const Description& scene) {
   }
   for (std::size_t i = 0; i < scene.clouds.size(); ++i) {
     const CloudDescription& cloud = scene.clouds[i];
-    if (!cloud.temperature || (cloud.source && !all_grey)) continue;
+    if (!cloud.temperature || (cloud.given_radiance && !all_grey)) continue;
     const std::string pointer = pointer_to(element("clouds", i), "temperature");
     refuse_kelvin(cloud.temperature->grid.empty() ? pointer_to(pointer, "K") : pointer, "source");
   }
@@ -150,7 +152,7 @@ void check_grey(Findings& findings, const Description& scene) {
   }
 }
 
-/// Shapes and puffs have grids of known names; those of files are known when they are opened.
+/// Shapes and puffs have grids of known names. The grids of a file are checked when it is opened.
 void check_grids(Findings& findings, const CloudDescription& cloud, const std::string& pointer) {
   std::vector<std::string> grids = {"density"};
   if (cloud.puffs) grids.emplace_back("temperature");
@@ -185,12 +187,12 @@ void check_clouds(Findings& findings, Description& scene) {
                          "give larger voxels: at most a million along an axis");
       }
     }
-    if (cloud.temperature && cloud.source &&
+    if (cloud.temperature && cloud.given_radiance &&
         std::none_of(scene.bands.begin(), scene.bands.end(), [](const auto& b) { return b.grey(); })) {
       findings.warn(fmt::format("cloud \"{}\" has a source, which replaces Planck's law: its temperature is not used",
                                 cloud.name));
     }
-    if (cloud.temperature || cloud.source || !(cloud.emission == Spectrum::constant(0))) continue;
+    if (cloud.temperature || cloud.given_radiance || !(cloud.emission == Spectrum::constant(0))) continue;
     for (const BandDescription& band : scene.bands) {
       if (band.um && (*band.um)[1] > 2.5) {
         findings.warn(
@@ -310,7 +312,7 @@ void check_description(Findings& findings, Description& scene) {
   check_bands(findings, scene.bands);
   check_clouds(findings, scene);
   check_objects(findings, scene);
-  check_names(findings, scene.sources, "sources", "source");
+  check_names(findings, scene.hot_spheres, "sources", "source");
   check_names(findings, scene.probes, "probes", "probe");
   check_names(findings, scene.flux, "flux", "flux");
   check_grey(findings, scene);

@@ -21,7 +21,7 @@ std::string line_and_column(std::string_view text, std::size_t byte) {
   return fmt::format("line {}, column {}", line, std::max<std::size_t>(1, column));
 }
 
-// Builds the tree from the parser's events, and sees what a tree cannot hold: a key given twice.
+// Builds the tree from the parser's events. A finished tree does not show that a key was given twice: this does.
 class TreeBuilder : public nlohmann::json_sax<Json> {
  public:
   TreeBuilder(std::string_view text, const std::string& name, std::vector<Problem>& problems)

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "octree/io/volume_formats.h"
 #include "scene/file/scene_keys.h"
 #include "scene/file/scene_reader.h"
 #include "scene/file/scene_table_io.h"
@@ -52,10 +53,11 @@ void ObjectReader::periods(const std::vector<Axis>& axes, const std::vector<doub
   }
   if (axes.empty()) return;
   if (!find("period_m")) {
-    const std::string extension = cloud.grid ? lower_extension(cloud.grid->file) : "";
-    if (extension == ".vdb" || extension == ".nvdb") {
+    const VolumeFormat* format = cloud.grid ? volume_format_of(cloud.grid->file) : nullptr;
+    if (format && !format->tells_lattice_size) {
       findings_.problem(period,
-                        fmt::format("\"period_m\" is missing: a {} file does not say where a period ends", extension),
+                        fmt::format("\"period_m\" is missing: a {} file does not say where a period ends",
+                                    lower_extension(cloud.grid->file)),
                         "give one period for each periodic axis");
     }
   } else if (findings_.good(period) && periods.size() != axes.size()) {

@@ -128,7 +128,7 @@ void ObjectReader::finish() {
       continue;
     }
     findings_.problem(pointer, fmt::format("unknown key \"{}\"", key), suggest(key, valid));
-    // A misspelt key is one mistake, not also a missing one.
+    // A misspelt key is one mistake: the key that was meant is not told to be missing as well.
     const WordMatch nearest = nearest_word(key, valid);
     if (!nearest.close) continue;
     missing_.erase(

@@ -29,7 +29,7 @@ class Findings {
  public:
   explicit Findings(std::filesystem::path base_folder) : base_folder_(std::move(base_folder)) {}
 
-  /// Notes a problem; each place is told of once.
+  /// Notes a problem. Of several at one place only the first is kept.
   void problem(const std::string& pointer, std::string problem, std::string hint);
   void warn(std::string sentence) { warnings.push_back(std::move(sentence)); }
 
@@ -60,7 +60,7 @@ class ObjectReader {
       : findings_(findings), object_(object), pointer_(std::move(pointer)), problems_(findings.problems.size()) {}
 
   template <class T>
-  void required(const char* key, T& member, const Limits& limits, const char* what) {
+  void required(const char* key, T& member, const Limits& limits, const std::string& what) {
     if (!wanted(key)) return;
     if (const Json* value = find(key)) {
       read_member(key, *value, member, limits);
@@ -70,7 +70,7 @@ class ObjectReader {
   }
 
   template <class T>
-  void optional(const char* key, T& member, const Limits& limits, const char*) {
+  void optional(const char* key, T& member, const Limits& limits, const std::string&) {
     if (!wanted(key)) return;
     if (const Json* value = find(key)) read_member(key, *value, member, limits);
   }
@@ -78,7 +78,7 @@ class ObjectReader {
   /// Refuses the key by name unless it holds its default, null, {} or []. @returns whether it refused.
   bool later(const char* key, const Json& default_value, const char* what);
 
-  /// A key that a refused one gives another meaning.
+  /// Accepts a key without reading it, where a key that is not available yet gives it another meaning.
   void skip(const char* key) { known_.emplace_back(key); }
 
   void form(const char* key);
@@ -183,7 +183,7 @@ bool read_value(Findings& findings, const Json& json, const std::string& pointer
   return good;
 }
 
-/// Things by name; null is a thing with its defaults.
+/// An object whose keys are names, with one value for each; null is a value with all defaults.
 template <class T>
 bool read_value(Findings& findings, const Json& json, const std::string& pointer, std::map<std::string, T>& value,
                 const Limits& limits) {
@@ -198,7 +198,7 @@ bool read_value(Findings& findings, const Json& json, const std::string& pointer
       good = false;
       continue;
     }
-    // What is null is not given, where only certain names are known.
+    // Where only certain names are allowed, null means that the name is not given.
     if (!limits.names.empty() && member.is_null()) continue;
     T& thing = value[name];
     if (!member.is_null()) good &= read_value(findings, member, pointer_to(pointer, name), thing, Limits{});
@@ -216,7 +216,7 @@ void ObjectReader::read_member(const char* key, const Json& value, T& member, co
   }
 }
 
-/// Reads a whole scene; what the keys mean together is scene_check.h's.
+/// Reads a whole scene. What its values have to be together is checked by check_description() afterwards.
 void read_description(Findings& findings, const Json& document, Description& description);
 
 }  // namespace obscura::detail

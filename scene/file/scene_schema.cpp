@@ -1,5 +1,6 @@
 #include "scene/file/scene_schema.h"
 
+#include <cmath>
 #include <filesystem>
 #include <initializer_list>
 #include <map>
@@ -11,7 +12,7 @@ namespace obscura {
 namespace detail {
 namespace {
 
-// What the reader takes for "not given".
+// The values that count as "not given".
 Json absent_values() { return Json::array({nullptr, Json::object(), Json::array()}); }
 
 Json number_schema(const char* type, const Limits& limits) {
@@ -118,7 +119,7 @@ Json schema_of(const Limits& limits) {
   }
 }
 
-// The default as JSON, where it is a plain value.
+// The default as JSON; null where it is no plain value.
 template <class T>
 Json default_of(const T& value) {
   if constexpr (std::is_same_v<T, std::string>) {
@@ -145,13 +146,13 @@ Json default_of(const T& value) {
 class ObjectSchema {
  public:
   template <class T>
-  void required(const char* key, T&, const Limits& limits, const char* what) {
+  void required(const char* key, T&, const Limits& limits, const std::string& what) {
     add(key, schema_of<T>(limits), what);
     part().required.push_back(key);
   }
 
   template <class T>
-  void optional(const char* key, T& member, const Limits& limits, const char* what) {
+  void optional(const char* key, T& member, const Limits& limits, const std::string& what) {
     Json schema = nullable(schema_of<T>(limits));
     if constexpr (IsOptional<T>::value) {
       if constexpr (requires(ObjectSchema & v, typename T::value_type & object) { keys(v, object); }) {
@@ -230,7 +231,7 @@ class ObjectSchema {
     part().properties[key] = std::move(schema);
   }
 
-  // One object; keys of other forms may be there as null.
+  // The schema of an object in one of its forms (null: it has only one). Keys of the other forms may be there as null.
   Json object(const Part& common, const Part* form) const {
     Json properties = form ? form->properties : Json::object();
     for (const auto& [key, schema] : common.properties.items()) properties[key] = schema;

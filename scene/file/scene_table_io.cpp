@@ -128,7 +128,7 @@ std::string decoded(const std::string& uri) {
   return name;
 }
 
-// Files that one raw volume or one buffer of a glTF names; empty: none.
+// The file that a raw volume or a buffer of a glTF names under a key; empty where it names none or holds its data.
 std::string part_of(const Json& thing, const char* key) {
   if (!thing.is_object() || !thing.contains(key) || !thing[key].is_string()) return {};
   const std::string name = thing[key].get<std::string>();

@@ -1,4 +1,4 @@
-// Small files that a scene names: are they there, and what do their columns say.
+// Files that a scene names: whether they can be read, and small tables of numbers.
 #pragma once
 
 #include <filesystem>
@@ -25,8 +25,8 @@ Table read_table(const std::filesystem::path& file, const std::vector<std::strin
 /// The whole file. @throws InputError naming the file where it cannot be read
 std::string read_text(const std::filesystem::path& file);
 
-/// Files that a raw-voxel .json or a .gltf names and that cannot be read: "file: why" each. What else may be
-/// wrong with it is for who reads it to say.
+/// Files that a raw-voxel .json or a .gltf names and that cannot be read, as "file: why". Where the .json or .gltf
+/// itself is broken, none: its reader tells that.
 std::vector<std::string> unreadable_parts(const std::filesystem::path& file);
 
 }  // namespace obscura::detail

@@ -11,6 +11,7 @@
 
 namespace obscura::detail {
 
+/// A text file on its way from the first line to the last.
 class LineReader {
  public:
   /// @throws InputError where the file cannot be opened
@@ -41,10 +42,10 @@ class LineReader {
   std::size_t line_ = 0;
 };
 
-/// Cuts the first word off: what is left begins after it. Empty: there is none.
+/// Takes the first word off a text, which begins after it from then on. @returns the word; empty: there is none
 std::string_view next_word(std::string_view& text) noexcept;
 std::string_view without_blanks(std::string_view text) noexcept;
-/// The whole word is a number; "nan" and "inf" are.
+/// Reads a number that takes the whole word; "nan" and "inf" count as numbers. @returns false where it is none
 bool to_number(std::string_view word, double& number) noexcept;
 bool to_number(std::string_view word, std::int64_t& number) noexcept;
 std::string lower_case(std::string_view text);

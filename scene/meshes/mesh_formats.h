@@ -46,7 +46,7 @@ class MeshBuilder {
 void triangulate(std::span<const Vec3d> vertices, std::span<const std::uint32_t> corners,
                  std::vector<std::array<std::uint32_t, 3>>& triangles);
 
-/// "x" where a coordinate is no finite number; empty where all are.
+/// "x", "y" or "z": the first coordinate that is not finite; empty where all are.
 const char* bad_coordinate(const Vec3d& position) noexcept;
 
 }  // namespace obscura::detail

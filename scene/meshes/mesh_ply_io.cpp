@@ -162,7 +162,7 @@ class PlyReader {
     return type.kind == 'i' ? number_of<std::int32_t>(bytes) : number_of<std::uint32_t>(bytes);
   }
 
-  // All numbers of one vertex, face or other thing; the last list's apart.
+  // Reads one vertex, face or other element: single numbers to values_, the numbers of lists to lists_, by property.
   void row(const Element& element) {
     element_ = element.name;
     if (text_ && !reader_.next_filled(line_))

@@ -115,7 +115,7 @@ void join_rows(const std::vector<std::uint32_t>& north, const std::vector<std::u
   for (std::size_t i = 0; i + 1 < north.size(); ++i) {
     const std::uint32_t nw = north[i], ne = north[i + 1], sw = south[i], se = south[i + 1];
     const bool lower = add(sw, se, ne, i), upper = add(sw, ne, nw, i);
-    // Three corners at the other diagonal.
+    // One corner has no height: the triangle of the other three.
     if (!lower && !upper && !add(sw, se, nw, i)) add(se, ne, nw, i);
   }
 }

@@ -65,7 +65,7 @@ MethodChoice choose_method(const Description& scene, const MediaSummary& summary
                   [](const BeamDescription& beam) { return !(beam.radius_m > 0); })) {
     return is(MethodKind::photon, "no path meets a beam without width");
   }
-  if (summary.periodic && (!scene.objects.empty() || !scene.sources.empty() || !scene.particles.empty() || beams)) {
+  if (summary.periodic && (!scene.objects.empty() || !scene.hot_spheres.empty() || !scene.particles.empty() || beams)) {
     return is(MethodKind::path, "photons do not serve finite things in a periodic scene");
   }
   if (!again) return is(MethodKind::path, "light only goes between surfaces");

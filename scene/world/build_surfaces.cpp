@@ -42,31 +42,31 @@ class MeshCache {
   std::map<std::pair<std::filesystem::path, std::filesystem::path>, std::shared_ptr<const MeshFile>> files_;
 };
 
-Material make_material(const std::vector<Band>& bands, const MaterialDescription& wish) {
-  return {optical(bands, wish.emissivity),
-          wish.specular,
-          wish.roughness,
-          wish.permeable,
-          wish.angle_deg,
-          wish.angle_factor};
+Material make_material(const std::vector<Band>& bands, const MaterialDescription& description) {
+  return {optical(bands, description.emissivity),
+          description.specular,
+          description.roughness,
+          description.permeable,
+          description.angle_deg,
+          description.angle_factor};
 }
 
 /// What the scene says of a slot; nothing where it does not name it.
-const GroupDescription* group_of(const ObjectDescription& wish, const std::vector<std::string>& names) {
+const GroupDescription* group_of(const ObjectDescription& description, const std::vector<std::string>& names) {
   for (const std::string& name : names) {
-    if (const auto group = wish.groups.find(name); group != wish.groups.end()) return &group->second;
+    if (const auto group = description.groups.find(name); group != description.groups.end()) return &group->second;
   }
   return nullptr;
 }
 
-void require_groups(const ObjectDescription& wish, const std::string& pointer, const MeshFile& file,
+void require_groups(const ObjectDescription& description, const std::string& pointer, const MeshFile& file,
                     std::vector<Problem>& problems) {
   std::set<std::string> known;
   for (const std::vector<std::string>& names : file.slot_names) known.insert(names.begin(), names.end());
-  for (const auto& [name, ignored] : wish.groups) {
+  for (const auto& [name, ignored] : description.groups) {
     if (known.count(name)) continue;
     problems.push_back({pointer_to(pointer_to(pointer, "groups"), name),
-                        fmt::format("{} has no group or material \"{}\"", wish.mesh.string(), name),
+                        fmt::format("{} has no group or material \"{}\"", description.mesh.string(), name),
                         known.empty() ? "it names no part: leave \"groups\" out"
                                       : suggest(name, std::vector<std::string>(known.begin(), known.end()))});
   }
@@ -74,15 +74,15 @@ void require_groups(const ObjectDescription& wish, const std::string& pointer, c
 
 /// Per interval, what stands in for Planck's law; empty where nothing does.
 std::vector<std::optional<double>> radiance_of(const Description& scene, const std::vector<Band>& bands,
-                                               const ObjectDescription& wish, const Object& object) {
+                                               const ObjectDescription& description, const Object& object) {
   const bool has_kelvin =
-      wish.has_kelvin() || (object.mesh && (!object.mesh->face_K.empty() || !object.mesh->vertex_K.empty()));
+      description.has_kelvin() || (object.mesh && (!object.mesh->face_K.empty() || !object.mesh->vertex_K.empty()));
   std::vector<std::optional<double>> radiance = per_interval(bands, [&](std::size_t b, int j) -> std::optional<double> {
-    switch (emitter(scene, scene.bands[b], has_kelvin, wish.radiance.has_value())) {
+    switch (emitter(scene, scene.bands[b], has_kelvin, description.radiance.has_value())) {
       case Emitter::planck:
         return std::nullopt;
       case Emitter::radiance:
-        return bands[b].integrate(j, *wish.radiance);
+        return bands[b].integrate(j, *description.radiance);
       case Emitter::none:
         break;
     }
@@ -107,45 +107,46 @@ void build_surfaces(const Description& scene, WorldContents& contents) {
   MeshCache cache;
   std::vector<Problem> problems;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-    const ObjectDescription& wish = scene.objects[i];
+    const ObjectDescription& description = scene.objects[i];
     Object object;
-    object.name = wish.name;
-    object.local_to_world = placement(wish.place.translate_m, kDegree * wish.place.rotate_deg, wish.place.scale);
-    object.double_sided = wish.double_sided;
-    const int material = wish.material.empty() ? 0 : material_index.at(wish.material);
+    object.name = description.name;
+    object.local_to_world =
+        placement(description.place.translate_m, kDegree * description.place.rotate_deg, description.place.scale);
+    object.double_sided = description.double_sided;
+    const int material = description.material.empty() ? 0 : material_index.at(description.material);
     object.materials = {material};
-    object.K = {wish.K.value_or(0)};
-    switch (wish.kind) {
+    object.K = {description.K.value_or(0)};
+    switch (description.kind) {
       case SurfaceKind::plane:
-        object.mesh = std::make_shared<const Mesh>(plane_mesh(wish.plane_m));
+        object.mesh = std::make_shared<const Mesh>(plane_mesh(description.plane_m));
         break;
       case SurfaceKind::box:
-        object.mesh = std::make_shared<const Mesh>(box_mesh(wish.box_m));
+        object.mesh = std::make_shared<const Mesh>(box_mesh(description.box_m));
         break;
       case SurfaceKind::sphere:
-        object.radius = wish.radius_m;
+        object.radius = description.radius_m;
         break;
       case SurfaceKind::mesh: {
         std::shared_ptr<const MeshFile> file;
         try {
-          file = cache.get(wish.mesh, wish.temperature);
+          file = cache.get(description.mesh, description.temperature);
         } catch (const InputError& error) {
           problems.insert(problems.end(), error.problems().begin(), error.problems().end());
           continue;
         }
-        require_groups(wish, pointer_to(pointer_to("", "objects"), i), *file, problems);
+        require_groups(description, pointer_to(pointer_to("", "objects"), i), *file, problems);
         object.mesh = std::shared_ptr<const Mesh>(file, &file->mesh);
         object.materials.clear();
         object.K.clear();
         for (const std::vector<std::string>& names : file->slot_names) {
-          const GroupDescription* group = group_of(wish, names);
+          const GroupDescription* group = group_of(description, names);
           object.materials.push_back(group && group->material ? material_index.at(*group->material) : material);
-          object.K.push_back(group && group->K ? *group->K : wish.K.value_or(0));
+          object.K.push_back(group && group->K ? *group->K : description.K.value_or(0));
         }
         break;
       }
     }
-    object.radiance = radiance_of(scene, contents.bands, wish, object);
+    object.radiance = radiance_of(scene, contents.bands, description, object);
     contents.objects.push_back(std::move(object));
   }
   if (!problems.empty()) throw InputError(std::move(problems));

@@ -70,60 +70,63 @@ int channel_of(const VoxelStream& stream, const std::string& name) {
 }
 
 /// The clouds of one description: one for each lattice, with an octree still to be built.
-Cloud make_cloud(const Description& scene, const CloudDescription& wish, const std::vector<Band>& bands,
+Cloud make_cloud(const Description& scene, const CloudDescription& description, const std::vector<Band>& bands,
                  const VoxelStream& stream) {
   Cloud cloud;
-  cloud.name = wish.name;
-  for (const MediumDescription& medium : wish.media) {
+  cloud.name = description.name;
+  for (const MediumDescription& medium : description.media) {
     // Shapes and puffs know one density.
     const int channel = channel_of(stream, medium.density);
     if (channel < 0) continue;
     cloud.media.push_back({channel, optical(bands, medium.extinction), optical(bands, medium.albedo), medium.phase});
   }
-  if (wish.temperature) {
-    cloud.temperature.scale = wish.temperature->scale;
-    cloud.temperature.offset_K = wish.temperature->offset_K;
-    cloud.temperature.constant_K = wish.temperature->K;
-    if (!wish.temperature->grid.empty()) cloud.temperature.channel = channel_of(stream, wish.temperature->grid);
+  if (description.temperature) {
+    cloud.temperature.scale = description.temperature->scale;
+    cloud.temperature.offset_K = description.temperature->offset_K;
+    cloud.temperature.constant_K = description.temperature->K;
+    if (!description.temperature->grid.empty())
+      cloud.temperature.channel = channel_of(stream, description.temperature->grid);
   }
   cloud.source = per_interval(bands, [&](std::size_t b, int j) -> std::optional<double> {
-    switch (emitter(scene, scene.bands[b], wish.temperature.has_value(), wish.source.has_value())) {
+    switch (
+        emitter(scene, scene.bands[b], description.temperature.has_value(), description.given_radiance.has_value())) {
       case Emitter::planck:
         return std::nullopt;
       case Emitter::radiance:
-        return bands[b].integrate(j, *wish.source);
+        return bands[b].integrate(j, *description.given_radiance);
       case Emitter::none:
         break;
     }
     return 0.0;
   });
-  if (wish.emission != Spectrum::constant(0)) cloud.emission = integrated(bands, wish.emission);
-  cloud.local_to_world = placement(wish.place.translate_m, kDegree * wish.place.rotate_deg, wish.place.scale);
+  if (description.emission != Spectrum::constant(0)) cloud.emission = integrated(bands, description.emission);
+  cloud.local_to_world =
+      placement(description.place.translate_m, kDegree * description.place.rotate_deg, description.place.scale);
 
   const Vec3d size(stream.bounds.max - stream.bounds.min);
   for (std::size_t axis = 0; axis < 2; ++axis) {
-    if (!wish.periodic[axis]) continue;
+    if (!description.periodic[axis]) continue;
     const int a = static_cast<int>(axis);
     Vec3d side(0);
     side[a] = size[a];
-    cloud.period_m[axis] =
-        wish.period_m[axis] > 0 ? wish.period_m[axis] : transform_direction(stream.index_to_local, side).length();
+    cloud.period_m[axis] = description.period_m[axis] > 0 ? description.period_m[axis]
+                                                          : transform_direction(stream.index_to_local, side).length();
   }
   return cloud;
 }
 
-void require_channels(const CloudDescription& wish, const std::vector<VoxelStream>& streams) {
+void require_channels(const CloudDescription& description, const std::vector<VoxelStream>& streams) {
   std::string names;
   std::set<std::string> known;
   for (const VoxelStream& stream : streams) known.insert(stream.channels.begin(), stream.channels.end());
   for (const std::string& name : known) names += (names.empty() ? "" : ", ") + name;
   const auto require = [&](const std::string& grid) {
     if (!grid.empty() && !known.count(grid)) {
-      throw InputError("cloud \"" + wish.name + "\"", "it has no grid \"" + grid + "\"", "its grids: " + names);
+      throw InputError("cloud \"" + description.name + "\"", "it has no grid \"" + grid + "\"", "its grids: " + names);
     }
   };
-  for (const MediumDescription& medium : wish.media) require(medium.density);
-  if (wish.temperature) require(wish.temperature->grid);
+  for (const MediumDescription& medium : description.media) require(medium.density);
+  if (description.temperature) require(description.temperature->grid);
 }
 
 Sun make_sun(const std::vector<Band>& bands, const SunDescription& sun) {
@@ -170,11 +173,11 @@ BuiltWorld build_world(const Description& scene, double time_s, const Progress& 
   const std::vector<Band>& bands = contents.bands;
 
   std::vector<OctreeRecord> records;
-  for (const CloudDescription& wish : scene.clouds) {
-    const std::vector<VoxelStream> streams = open_cloud(wish);
-    require_channels(wish, streams);
+  for (const CloudDescription& description : scene.clouds) {
+    const std::vector<VoxelStream> streams = open_cloud(description);
+    require_channels(description, streams);
     for (const VoxelStream& stream : streams) {
-      Cloud cloud = make_cloud(scene, wish, bands, stream);
+      Cloud cloud = make_cloud(scene, description, bands, stream);
       if (cloud.media.empty()) continue;
       BuildSettings settings;
       settings.tolerance = scene.render.octree_tolerance;
@@ -182,12 +185,12 @@ BuiltWorld build_world(const Description& scene, double time_s, const Progress& 
       settings.measure = build_measure(cloud, bands, stream);
       auto [octree, report] = build_octree(stream, settings, progress);
       cloud.octree = std::make_shared<const Octree>(std::move(octree));
-      records.push_back({wish.name, settings.tolerance, cloud.octree->statistics(), report});
+      records.push_back({description.name, settings.tolerance, cloud.octree->statistics(), report});
       contents.clouds.push_back(std::move(cloud));
     }
   }
-  for (const SourceDescription& source : scene.sources) {
-    contents.sources.push_back({source.position_m, source.radius_m, emitted(scene, bands, source.K, source.radiance)});
+  for (const HotSphereDescription& sphere : scene.hot_spheres) {
+    contents.sources.push_back({sphere.position_m, sphere.radius_m, emitted(scene, bands, sphere.K, sphere.radiance)});
   }
   contents.particles = particles_at(scene, bands, time_s);
   if (scene.sky) contents.sky = emitted(scene, bands, scene.sky->K, scene.sky->radiance);

@@ -1,4 +1,4 @@
-// From the wish to the World at one time: opens volumes and meshes, builds octrees and works out the
+// From the description of a scene to the World at one time: opens volumes and meshes, builds octrees and works out the
 // optics of every spectral interval.
 #pragma once
 

@@ -21,10 +21,10 @@ std::vector<const Spectrum*> optics_of(const Description& scene) {
   return spectra;
 }
 
-bool grey_in(const BandDescription& wish, const std::vector<const Spectrum*>& spectra) {
-  BandDescription one = wish;
+bool grey_in(const BandDescription& description, const std::vector<const Spectrum*>& spectra) {
+  BandDescription one = description;
   one.samples = 1;
-  const Band whole = make_band(one), band = make_band(wish);
+  const Band whole = make_band(one), band = make_band(description);
   return std::all_of(spectra.begin(), spectra.end(), [&](const Spectrum* spectrum) {
     const double value = whole.optics(0, *spectrum);
     for (int j = 0; j < band.interval_count(); ++j) {

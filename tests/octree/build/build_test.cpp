@@ -173,14 +173,14 @@ TEST_CASE("temperature merges weighted by density and keeps the emitted radiance
   BuildSettings settings;
   settings.tolerance = 1e-3;
   settings.measure.optical_weight = {1.0, 0.0};
-  settings.measure.source = [](std::span<const float> v) {
+  settings.measure.emission = [](std::span<const float> v) {
     return static_cast<double>(v[0]) * std::pow(static_cast<double>(v[1]) / 1500, 6);  // as steep as Planck at 4 um
   };
   const VoxelStream stream = field_stream(domain, {"k", "T"}, field);
   const auto [tree, report] = build_octree(stream, settings);
   CHECK(report.error_measured <= 1e-3);
-  CHECK(report.source_error_measured <= 1e-3);
-  CHECK(report.source_error_measured > 0);
+  CHECK(report.emission_error_measured <= 1e-3);
+  CHECK(report.emission_error_measured > 0);
   // A cell without density has no temperature; where there is smoke it is right.
   std::uint64_t wrong = 0;
   double emitted = 0, expected = 0;
@@ -190,8 +190,8 @@ TEST_CASE("temperature merges weighted by density and keeps the emitted radiance
     const float k[2] = {tree.value(0, p), tree.value(1, p)}, exact[2] = {field(0, v), field(1, v)};
     if (k[0] == 0) wrong += k[1] != 0;
     if (exact[0] > 1e-2f) wrong += std::abs(k[1] - exact[1]) > 0.02f * exact[1];
-    emitted += settings.measure.source(k);
-    expected += settings.measure.source(exact);
+    emitted += settings.measure.emission(k);
+    expected += settings.measure.emission(exact);
   }
   CHECK(wrong == 0);
   CHECK(emitted == Approx(expected).epsilon(1e-3));

@@ -35,7 +35,7 @@ TEST_CASE("extinction counts in the interval where the media together attenuate 
   CHECK(measure.optical_weight[0] == Approx(0.4));  // 0.6 in all, against 0.4 and 0.3
   CHECK(measure.optical_weight[1] == Approx(0.2));
   CHECK(measure.optical_weight[2] == 0);
-  CHECK(!measure.source);  // no temperature channel
+  CHECK(!measure.emission);  // no temperature channel
   // A placement that doubles lengths doubles optical depths.
   Cloud scaled = two_media();
   scaled.local_to_world = placement({5, 6, 7}, {0.1, 0.2, 0.3}, 2);
@@ -48,7 +48,7 @@ TEST_CASE("emission counts relative to the warmest voxel, in the interval where 
   cloud.temperature = {2, 1, 0, 0};
   const std::vector<Band> all = bands();
   const ErrorMeasure measure = build_measure(cloud, all, warm_stream());
-  REQUIRE(measure.source);
+  REQUIRE(measure.emission);
   const Band& band = all[0];
   // At 500 K the second half of 3 to 5 um is the brighter.
   REQUIRE(band.planck(1, 500) > band.planck(0, 500));
@@ -58,12 +58,12 @@ TEST_CASE("emission counts relative to the warmest voxel, in the interval where 
   for (const auto& [smoke, fog, kelvin] :
        {std::tuple(1.f, 0.5f, 500.f), std::tuple(2.f, 0.f, 300.f), std::tuple(0.f, 3.f, 450.f)}) {
     const float values[] = {smoke, fog, kelvin};
-    CHECK(measure.source(values) ==
+    CHECK(measure.emission(values) ==
           Approx(expected(static_cast<double>(smoke), static_cast<double>(fog), static_cast<double>(kelvin)))
               .epsilon(1e-6));
   }
   const float nothing[] = {0, 0, 500};
-  CHECK(measure.source(nothing) == 0);
+  CHECK(measure.emission(nothing) == 0);
 }
 
 TEST_CASE("a temperature's scale and offset are obeyed; a given source replaces it", "[photon][build_measure]") {
@@ -72,7 +72,7 @@ TEST_CASE("a temperature's scale and offset are obeyed; a given source replaces 
   const std::vector<Band> all = bands();
   const ErrorMeasure measure = build_measure(cloud, all, warm_stream());
   const float values[] = {1, 0, 400};
-  CHECK(measure.source(values) == Approx(0.3 * all[0].planck(1, 300) / all[0].planck(1, 350)).epsilon(1e-6));
+  CHECK(measure.emission(values) == Approx(0.3 * all[0].planck(1, 300) / all[0].planck(1, 350)).epsilon(1e-6));
   cloud.source = {1.0, 1.0, 1.0};
   CHECK(!build_measure(cloud, all, warm_stream()).source);
 }
@@ -85,8 +85,8 @@ TEST_CASE("a cloud that emits is built within its tolerance of emission, too", "
   settings.tolerance = 1e-2;
   settings.measure = build_measure(cloud, all, warm_stream());
   auto [tree, report] = build_octree(warm_stream(), settings);
-  CHECK(report.source_error_measured > 0);
-  CHECK(report.source_error_measured <= 1e-2);
+  CHECK(report.emission_error_measured > 0);
+  CHECK(report.emission_error_measured <= 1e-2);
   // By the World's own pass, relative to a black body at 500 K.
   const auto radiance = [&](const std::shared_ptr<const Octree>& octree, const Ray& ray) {
     cloud.octree = octree;

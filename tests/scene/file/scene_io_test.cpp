@@ -117,8 +117,8 @@ TEST_CASE("what a scene says arrives in the description", "[scene][reader]") {
   CHECK(scene.clouds[1].name == "cloud2");
   CHECK(scene.clouds[2].grid->kind == GridKind::sphere);
   CHECK(scene.clouds[4].grid->sigma_m == 0.5);
-  CHECK(scene.sources[0].K == 2000.0);
-  CHECK(scene.sources[1].radiance == Spectrum::constant(5));
+  CHECK(scene.hot_spheres[0].K == 2000.0);
+  CHECK(scene.hot_spheres[1].radiance == Spectrum::constant(5));
   REQUIRE(scene.particles.size() == 2);
   CHECK(scene.particles[1].s == 1);
   CHECK(scene.particles[1].K == 800);

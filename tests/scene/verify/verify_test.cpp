@@ -254,7 +254,7 @@ TEST_CASE("a method that cannot serve a scene is left out and says why", "[scene
   Description scene = small("slab_day", 2000, 16);
   scene.probes.clear();
   scene.flux.clear();
-  scene.sources.push_back({"lamp", Vec3d(0, 0, 2), 0.1, std::nullopt, Spectrum::constant(1)});
+  scene.hot_spheres.push_back({"lamp", Vec3d(0, 0, 2), 0.1, std::nullopt, Spectrum::constant(1)});
   const VerifiedScene verdict = verify_scene(scene, settings);
   CHECK_FALSE(verdict.method(Referee::photon).refusal.empty());
   CHECK(verdict.method(Referee::ordinates).refusal.find("hot spheres") != std::string::npos);
