@@ -16,8 +16,8 @@ install(FILES scene/scene.schema.json DESTINATION ${CMAKE_INSTALL_DATADIR}/obscu
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/obscura)
 install(EXPORT obscuraTargets NAMESPACE obscura:: DESTINATION ${package_folder})
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/obscuraConfig.cmake.in
-  ${CMAKE_BINARY_DIR}/obscuraConfig.cmake INSTALL_DESTINATION ${package_folder})
-write_basic_package_version_file(${CMAKE_BINARY_DIR}/obscuraConfigVersion.cmake
+  ${PROJECT_BINARY_DIR}/obscuraConfig.cmake INSTALL_DESTINATION ${package_folder})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/obscuraConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
-install(FILES ${CMAKE_BINARY_DIR}/obscuraConfig.cmake
-  ${CMAKE_BINARY_DIR}/obscuraConfigVersion.cmake DESTINATION ${package_folder})
+install(FILES ${PROJECT_BINARY_DIR}/obscuraConfig.cmake
+  ${PROJECT_BINARY_DIR}/obscuraConfigVersion.cmake DESTINATION ${package_folder})

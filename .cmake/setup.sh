@@ -1,5 +1,5 @@
-# Sourced by scene/demo.sh and tests/run.sh: installs what is missing from Debian, then configures and
-# builds. Arguments go to cmake.
+# Sourced by the scripts that build: installs what is missing from Debian, then configures by one of
+# .cmake/presets and builds.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
@@ -17,9 +17,21 @@ install_packages() {
   $sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" > /dev/null
 }
 
-build_project() {
+# Arguments: the preset, then what goes to cmake. Sets build, the preset's folder.
+configure_project() {
+  local preset=$1 log
+  shift
+  case "$preset" in
+    release | bench) build="$root/build" ;;
+    *) build="$root/build_$preset" ;;
+  esac
   install_packages
-  cmake -S "$root" -B "$root/build" -G Ninja "$@" > "$root/build.log" 2>&1 || { cat "$root/build.log"; rm -f "$root/build.log"; exit 1; }
-  rm -f "$root/build.log"
-  cmake --build "$root/build"
+  log=$(mktemp)
+  cmake -C "$root/.cmake/presets/$preset.cmake" -S "$root" -B "$build" -G Ninja "$@" > "$log" 2>&1 || { cat "$log"; rm -f "$log"; exit 1; }
+  rm -f "$log"
+}
+
+build_project() {
+  configure_project "$@"
+  cmake --build "$build"
 }

@@ -3,16 +3,12 @@
 #   bash tests/sanitize.sh address|thread [arguments of ctest]
 # The thread sanitizer must see into oneTBB to know what happens before what; the system's is not built
 # for that: TBB_LIBRARY names the folder of a libtbb of the same version that is.
-set -euo pipefail
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+source "$(dirname "${BASH_SOURCE[0]}")/../.cmake/setup.sh"
 kind=${1:-}
 case "$kind" in
-  address) flags=address,undefined ;;
-  thread) flags=thread ;;
+  address | thread) shift ;;
   *) echo "usage: bash tests/sanitize.sh address|thread [arguments of ctest]" >&2; exit 2 ;;
 esac
-shift
-build="$root/build_$kind"
 
 if [ "$kind" = thread ]; then
   [ -e "${TBB_LIBRARY:-}/libtbb.so" ] || { echo "TBB_LIBRARY: name a folder with a libtbb.so that is built with -fsanitize=thread" >&2; exit 2; }
@@ -25,9 +21,7 @@ export LSAN_OPTIONS="suppressions=$support/lsan.supp:print_suppressions=0${LSAN_
 export UBSAN_OPTIONS="print_stacktrace=1${UBSAN_OPTIONS:+:$UBSAN_OPTIONS}"
 export TSAN_OPTIONS="suppressions=$support/tsan.supp:halt_on_error=1:second_deadlock_stack=1${TSAN_OPTIONS:+:$TSAN_OPTIONS}"
 
-cmake -S "$root" -B "$build" -G Ninja -DOBSCURA_BUILD_TESTS=ON -DOBSCURA_SANITIZE=$flags \
-  -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG="-O2 -g1 -D_GLIBCXX_ASSERTIONS"
-cmake --build "$build"
+build_project "$kind"
 
 # Left out: what compiles without the sanitizer, and files on which OpenVDB asks for as much memory as an
 # unset length says, which ends a sanitized program where another gets bad_alloc.

@@ -2,7 +2,7 @@
 # Runs the tests that compare with the tables of tests/data/reference and writes what they reached to
 # tests/VERIFICATION.md. The numbers are the same on any number of threads.
 source "$(dirname "${BASH_SOURCE[0]}")/../.cmake/setup.sh"
-build_project -DOBSCURA_BUILD_TESTS=ON
+build_project release -DOBSCURA_BUILD_TESTS=ON
 
 rows=$(mktemp)
 trap 'rm -f "$rows"' EXIT

@@ -17,6 +17,7 @@
 #include "scene/run/run.h"
 #include "scene/study/study.h"
 #include "scene/verify/verify.h"
+#include "tests/support/places.h"
 
 namespace obscura {
 namespace {
@@ -34,7 +35,7 @@ struct Options {
   int pixels = 48;
 };
 
-std::string shared(const char* file) { return (std::filesystem::path(BENCH_SHARED_DIR) / "data" / file).string(); }
+std::string shared(const char* file) { return test::shared_path(std::string("data/") + file); }
 
 std::string verify_case(const char* name) {
   for (const VerifyCase& c : verify_cases()) {
@@ -58,8 +59,8 @@ std::vector<Job> jobs() {
   const std::string daylight =
       R"("environment": {"sky": {"radiance": 60}, "sun": {"zenith_deg": 30, "azimuth_deg": 200, "irradiance": 1500}}, )";
   std::vector<Job> all;
-  all.push_back({"demo", detail::read_text(std::string(OBSCURA_SOURCE_DIR) + "/scene/examples/smoke_at_night.json"),
-                 std::string(OBSCURA_SOURCE_DIR) + "/scene/examples"});
+  all.push_back({"demo", detail::read_text(test::source_file("scene/examples/smoke_at_night.json")),
+                 test::source_file("scene/examples")});
   all.push_back(of_file(
       "les_rico_jpl by day", rico,
       R"("media": [{"density": "lwc", "extinction": 0.1, "albedo": 0.9999, "phase": {"type": "henyey_greenstein", "g": 0.85}}],

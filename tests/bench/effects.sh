@@ -2,15 +2,14 @@
 # Builds tests/bench/effects_bench, counts its instructions with callgrind (installed where it is missing) and prints
 # the table of photon/METHODS.md, "What is off costs nothing". Arguments pick cases: bash tests/bench/effects.sh b2
 source "$(dirname "${BASH_SOURCE[0]}")/../../.cmake/setup.sh"
-install_packages
+configure_project bench
 command -v valgrind > /dev/null || $([ "$(id -u)" -eq 0 ] || echo sudo) apt-get install -y -qq valgrind > /dev/null
-cmake -S "$root" -B "$root/build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DOBSCURA_BUILD_BENCH=ON > /dev/null
-cmake --build "$root/build" --target effects_bench > /dev/null
+cmake --build "$build" --target effects_bench > /dev/null
 
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 valgrind --tool=callgrind --instr-atstart=no --callgrind-out-file="$folder/part" \
-  "$root/build/effects_bench" "$@" > "$folder/cases" 2> "$folder/log" || { cat "$folder/log" "$folder/cases" >&2; exit 1; }
+  "$build/effects_bench" "$@" > "$folder/cases" 2> "$folder/log" || { cat "$folder/log" "$folder/cases" >&2; exit 1; }
 echo "| scene | program | minimal loop | ratio |"
 echo "|---|---|---|---|"
 awk -F' [|] ' '

@@ -14,6 +14,7 @@
 #include "photon/paths/direct_light.h"
 #include "photon/world/world_walk.h"
 #include "tests/bench/fields.h"
+#include "tests/support/places.h"
 
 using namespace obscura;
 using namespace obscura::bench;
@@ -240,7 +241,7 @@ int main(int argc, char** argv) {
     if (key == "--only") options.only = argv[i + 1];
   }
   openvdb::initialize();
-  const std::filesystem::path data = BENCH_SHARED_DIR "/data";
+  const std::filesystem::path data = test::shared_path("data");
   const std::string n = std::to_string(options.size);
   const auto wanted = [&](const std::string& name) { return options.only.empty() || options.only == name; };
   fmt::print(

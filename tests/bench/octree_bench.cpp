@@ -21,6 +21,7 @@
 #include "octree/tree/walk.h"
 #include "tests/bench/baselines.h"
 #include "tests/bench/fields.h"
+#include "tests/support/places.h"
 
 using namespace obscura;
 using namespace obscura::bench;
@@ -245,7 +246,7 @@ int main(int argc, char** argv) {
     if (key == "--only") options.only = argv[i + 1];
   }
   openvdb::initialize();
-  const std::filesystem::path data = BENCH_SHARED_DIR "/data";
+  const std::filesystem::path data = test::shared_path("data");
   const std::string n = std::to_string(options.size);
   const auto wanted = [&](const std::string& name) { return options.only.empty() || options.only == name; };
   if (wanted("wdas")) measure("wdas", read_grid(data / "wdas_cloud_sixteenth/wdas_cloud_sixteenth.vdb"), options, true);

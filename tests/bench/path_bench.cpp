@@ -16,6 +16,7 @@
 #include "sensor/capture/camera.h"
 #include "sensor/capture/sampler.h"
 #include "tests/bench/fields.h"
+#include "tests/support/places.h"
 
 using namespace obscura;
 using namespace obscura::bench;
@@ -205,15 +206,14 @@ void compare(const char* name, const openvdb::FloatGrid::Ptr& grid, double depth
   const DeltaTracker<false> plain_tracker(*handle.grid<float>(), extinction, toward);
   const DeltaTracker<true> weighted_tracker(*handle.grid<float>(), extinction, toward);
   for (int repeat = 0; repeat < kRepeats; ++repeat) {
-    const Sampler sampler(camera, {kRays, static_cast<std::uint64_t>(repeat + 1), 0});
+    const Sampler sampler(camera, {.max_oversampling = kRays, .seed = static_cast<std::uint64_t>(repeat + 1)});
+    std::vector<PixelRay> drawn;
+    for (int p = 0; p < kSide * kSide; ++p) sampler.rays(p % kSide, p / kSide, sampler.strata(), 0, drawn);
     std::vector<Ray> rays;
     std::vector<std::uint64_t> histories;
-    for (int p = 0; p < kSide * kSide; ++p) {
-      PixelRays pixel = sampler.pixel(p % kSide, p / kSide);
-      while (const auto ray = pixel.next()) {
-        rays.push_back(*ray->ray);
-        histories.push_back(ray->history);
-      }
+    for (const PixelRay& ray : drawn) {
+      rays.push_back(*ray.ray);
+      histories.push_back(ray.history);
     }
     PathSettings paths;
     paths.paths = 2;
@@ -247,6 +247,6 @@ int main() {
     compare("rough 128^3", rough_fractal(128), depth);
     compare("plume 128^3", smooth_plume(128), depth);
   }
-  if (const auto grid = read_grid(BENCH_SHARED_DIR "/data/wdas_cloud_sixteenth/wdas_cloud_sixteenth.vdb"))
+  if (const auto grid = read_grid(test::shared_path("data/wdas_cloud_sixteenth/wdas_cloud_sixteenth.vdb")))
     compare("wdas / 16", grid, 10);
 }

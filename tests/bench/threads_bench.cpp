@@ -10,6 +10,7 @@
 
 #include "scene/file/scene_io.h"
 #include "scene/session/session.h"
+#include "tests/support/places.h"
 
 using namespace obscura;
 
@@ -48,7 +49,7 @@ double median(std::vector<double> values) {
 
 int main() {
   const int threads = tbb::this_task_arena::max_concurrency();
-  Description scene = read_scene(OBSCURA_SOURCE_DIR "/scene/examples/smoke_at_night.json");
+  Description scene = read_scene(test::source_file("scene/examples/smoke_at_night.json"));
   scene.sensor.resolution = {320, 140};
   std::vector<Times> one, all;
   for (int i = 0; i < 5; ++i) {
