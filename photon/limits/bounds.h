@@ -1,4 +1,5 @@
-// Bounds behind decisions: what leaving an effect out may change at most. Formulas: METHODS.md, "Bounds".
+// Bounds behind decisions: what leaving an effect out may change at most. Formulas:
+// photon/METHODS.md, "Bounds and the builder's measure".
 #pragma once
 
 #include "photon/limits/media_summary.h"

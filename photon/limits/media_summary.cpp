@@ -267,7 +267,8 @@ MediaSummary summarize(const World& world, const View& view) {
   for (int i = 0; i < world.interval_count(); ++i) {
     IntervalLimits limits = surroundings(world, i);
     for (const CloudSummary& cloud : summary.clouds) add_cloud(cloud.intervals[static_cast<std::size_t>(i)], limits);
-    // The minimum principle: nothing that is at least a black body of this radiance lets any be less (METHODS.md).
+    // The minimum principle: nothing that is at least a black body of this radiance lets any be less
+    // (photon/METHODS.md, "Bounds and the builder's measure").
     limits.floor = sealed ? std::min({limits.sky, limits.surface_min, limits.sphere_min, limits.source_min}) : 0.0;
     if (limits.air_extinction > 0) limits.floor = std::min(limits.floor, limits.air);
     limits.scattering_seen = largest_scattering_depth(world, i);

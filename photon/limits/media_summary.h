@@ -87,7 +87,8 @@ struct BandScale {
   double floor = 0;  ///< no radiance anywhere is less
   double brightest =
       0;  ///< largest mean of a group of the view's rays, by emission and direct light alone: an estimate from below
-  /// The least that an image error is relative to (DESIGN.md 9): max(|L|, 0.05 max L) is no less anywhere.
+  /// The least that an image error is relative to (sensor/METHODS.md, "Comparing images"): max(|L|, 0.05 max L) is no
+  /// less anywhere.
   double least() const noexcept { return std::max(floor, 0.05 * brightest); }
 };
 

@@ -1,5 +1,6 @@
 // The density estimate: from the photons around a point to fluence, in-scattered radiance or any other
-// weighting of the light there, with batch values and the kernel's bias. Formulas: photon/METHODS.md.
+// weighting of the light there, with batch values and the kernel's bias. Formulas:
+// photon/METHODS.md, "The photon map".
 #pragma once
 
 #include <array>

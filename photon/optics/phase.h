@@ -1,5 +1,5 @@
 // Phase functions: where a scattered photon goes. A value type for kernels: no virtual, no
-// allocation after it is made, cheap to copy. Formulas: METHODS.md, Phase functions.
+// allocation after it is made, cheap to copy. Formulas: photon/METHODS.md, "Phase functions".
 #pragma once
 
 #include <memory>

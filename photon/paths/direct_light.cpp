@@ -175,7 +175,7 @@ template <bool kAir, bool kCoarse, class Segments>
     double source = local.emission;
     double seen = transmission;
     if constexpr (kAir) {
-      // What the cloud hides of the air behind is as bright as the air in front of it: METHODS.md.
+      // What the cloud hides of the air behind is as bright as the air in front of it: photon/METHODS.md, "Atmosphere".
       radiance += transmission * one_minus_exp(depth) * black;
       source -= local.extinction * black;
       seen *= std::exp(-extinction * walk.begin());

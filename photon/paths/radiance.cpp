@@ -254,7 +254,8 @@ class Pass {
   }
 
   /// Narrowest spot in the clouds, m, that makes a leg worth a walk by coarse cells: where its emission has to be
-  /// followed in any case. Transmission alone is faster by the batched walk through the leaves (octree/METHODS.md).
+  /// followed in any case. Transmission alone is faster by the batched walk through the leaves (octree/MEASURED.md,
+  /// "Coarse cells").
   double narrowest_spot() const {
     if (!settings_.footprint.exists() || !(settings_.footprint_tolerance > 0)) return kInfinity;
     if (!settings_.parts.emission || !world_.emits(interval_) || !(world_.largest_source(interval_) < kInfinity))

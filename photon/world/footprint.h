@@ -1,5 +1,5 @@
-// How wide a ray's spot is, and how far the ray may go by coarse cells of the clouds for it: METHODS.md,
-// "The footprint".
+// How wide a ray's spot is, and how far the ray may go by coarse cells of the clouds for it. Formulas:
+// photon/METHODS.md, "The footprint".
 #pragma once
 
 #include <algorithm>

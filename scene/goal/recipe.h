@@ -1,5 +1,5 @@
 // One way to an image: a method with its settings, and what it costs and errs as a function of them. The models
-// behind them are in METHODS.md, Target error.
+// behind them are in scene/METHODS.md, "Target error and time limit".
 #pragma once
 
 #include <cstdint>

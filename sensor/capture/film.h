@@ -21,7 +21,7 @@ struct FilmSettings {
 /// The developed values of one pixel in one band.
 struct PixelBand {
   double radiance = 0;
-  /// Standard error of `radiance`, squared: batches and rays (METHODS.md).
+  /// Standard error of `radiance`, squared: batches and rays (sensor/METHODS.md, "The error of a pixel").
   double variance = 0;
   /// The share of `variance` that is the pixel's own: its rays, not the map that pixels share.
   double ray_variance = 0;
@@ -142,7 +142,8 @@ class Film {
 
   /// Replaces error (in squares) and bias of each pixel by the weighted mean over it and its neighbours: a pixel's own
   /// few rays are skewed, and those that miss what is bright claim too small an error with too small a mean
-  /// (METHODS.md). Pixels that see no cloud neither give nor take. Once, when all tiles are there.
+  /// (sensor/METHODS.md, "The error of a pixel"). Pixels that see no cloud neither give nor take. Call it once, when
+  /// all tiles are there.
   void pool_errors();
 
   /// Adds an independent pass over the same image (its own seed, its own map): means are weighted by

@@ -55,7 +55,8 @@ struct PixelAgreement {
 };
 
 /// Pixels where both errors are 0 have to be equal to 1e-4. Errors of pixels are estimates from few rays or batches,
-/// and neighbours share photons: `slack` is how far from 1 that may carry an honest RMS (METHODS.md).
+/// and neighbours share photons: `slack` is how far from 1 that may carry an honest RMS
+/// (scene/METHODS.md, "Verify").
 PixelAgreement pixel_agreement(const PixelView& a, const PixelView& b, double slack = 0.3);
 
 }  // namespace obscura

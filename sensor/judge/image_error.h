@@ -1,5 +1,5 @@
 // What a film knows of its own image error: RMS over pixels of (L - L_true) / max(|L_true|, 0.05 max |L_true|),
-// from the pixels' standard errors. Formulas: METHODS.md.
+// from the pixels' standard errors. Formulas: sensor/METHODS.md, "What a film knows of its image error".
 #pragma once
 
 #include <cstdint>

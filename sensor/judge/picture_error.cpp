@@ -9,7 +9,7 @@ namespace {
 
 /// Tiles that a picture is cut into for the jackknife, about.
 constexpr double kTiles = 48;
-/// Of the largest radiance, below which pixels do not count by their own (DESIGN.md 9).
+/// Of the largest radiance, below which pixels do not count by their own (sensor/METHODS.md, "Comparing images").
 constexpr double kFloor = 0.05;
 
 /// Weights that make squares of differences squares of image errors.

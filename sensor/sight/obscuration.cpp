@@ -19,7 +19,7 @@ constexpr double kMiss = 0.05;  // share of cases that an interval may miss
 // Whatever is computed from replicas, without one of them (-1: from all).
 using Value = std::function<std::optional<double>(int left_out)>;
 
-/// Student's interval about the value from all, its error by the jackknife (METHODS.md).
+/// Student's interval about the value from all, its error by the jackknife (sensor/METHODS.md, "Obscuration").
 std::optional<Confident> confident(int replicas, const Value& value, double least = -kInfinity,
                                    double most = kInfinity) {
   const std::optional<double> all = value(-1);
