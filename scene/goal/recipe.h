@@ -57,7 +57,7 @@ struct PassPlan {
   double error = 0;    ///< expected image error
 };
 
-/// Rays of a uniform pixel: fewer could not tell their own error (film.h). Each has a sample at least.
+/// Rays of a uniform pixel: fewer could not tell their own error (sensor/capture/film.h). Each has a sample at least.
 inline constexpr int kUniformRays = 4;
 
 /// Into so many passes, at least, the samples of an image are divided: one that falls short costs one more, not all

@@ -37,7 +37,7 @@ bool gathers(const Description& scene, const MediaSummary& summary) {
 
 /// Which method should bring the same error sooner, by rules of thumb: paths waste nothing where light scatters about
 /// once, where it is absorbed soon, and where few pixels do not repay a map; photons are shared by all pixels. A target
-/// error asks a pilot instead (accuracy.h).
+/// error asks a pilot instead (scene/goal/accuracy.h).
 MethodChoice choose_method(const Description& scene, const MediaSummary& summary, const detail::Decisions& effects,
                            const detail::Costs& costs) {
   MethodChoice choice;

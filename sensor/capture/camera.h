@@ -10,7 +10,7 @@
 
 namespace obscura {
 
-struct Spot;  // photon/spot.h
+struct Spot;  // photon/spot/spot.h
 
 enum class Projection { perspective, orthographic, fisheye };
 
