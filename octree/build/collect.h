@@ -26,10 +26,10 @@ inline constexpr std::uint64_t kMaxRecordBytes = (std::uint64_t{1} << 31) * kRec
 /// Records in one contiguous piece of memory that grows in place where the system can.
 class RecordStore {
  public:
-  /// Room for a record; the word that names it. What was returned before may move.
+  /// Makes room for a record and returns the word that names it. Pointers from at() may become invalid.
   std::uint32_t add(std::size_t bytes);
   std::byte* at(std::uint32_t word) noexcept { return memory_.get() + kRecordPadding + word * kRecordUnit; }
-  /// Room for all at once, zeroed where nothing is written.
+  /// Makes room for all records at once.
   void reserve(std::size_t bytes);
   /// Gives the memory to the tree, cut to its size.
   void release_to(TreeData& tree);
@@ -49,7 +49,7 @@ class UniformRecords {
  public:
   /// The word of the uniform leaf of that level; made in `store` when it is new. Not thread-safe.
   std::uint32_t word(RecordStore& store, int level, std::span<const float> values);
-  /// How a set of values is told from another: their bytes.
+  /// Key of a level and set of values: their bytes.
   static std::string key(int level, std::span<const float> values);
 
  private:

@@ -1,5 +1,5 @@
-// A ray from block to block for what only sums along it: all blocks are 8^3 voxels, the three next planes
-// between them are carried along, and a brick's leaves are walked in registers. walk.h tells where planes are.
+// A ray from block to block, for sums along it (optical depths, free paths): all blocks are 8^3 voxels, the three next
+// planes between them are carried along, and a brick's leaves are walked in registers. walk.h tells where planes are.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// What a World can do to light at most, as plain values: the measured half of every decision about effects.
-// The decisions themselves are whoever asks; the formulas are in bounds.h.
+// What a World can do to light at most, as plain values, measured once. Bounds (bounds.h) follow from them; what is
+// left out because of a bound is decided elsewhere.
 #pragma once
 
 #include <cstdint>

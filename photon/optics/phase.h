@@ -33,8 +33,9 @@ class PhaseFunction {
   static PhaseFunction table(const std::vector<double>& angles_deg, const std::vector<double>& values,
                              double* norm_change = nullptr);
 
-  /// The same light scattered into somewhat other directions: convolved with as wide a Henyey-Greenstein lobe as
-  /// leaves no value above peak / (4 pi). Moments l are multiplied by h^l. Where none is above, the same function.
+  /// A smoother copy: convolved with a Henyey-Greenstein lobe just wide enough that no value exceeds peak / (4 pi).
+  /// With h the lobe's mean cosine, the Legendre moment l is multiplied by h^l. Where no value is above, the same
+  /// function.
   /// @param peak > 1
   PhaseFunction blunted(double peak) const;
 

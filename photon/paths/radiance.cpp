@@ -106,7 +106,7 @@ class Pass {
     return !scatters && !world_.surfaces_reflect(interval_) && !(narrowest_spot_ < kInfinity);
   }
 
-  /// The same as run() with one leg a ray, and none of what serves more.
+  /// Fast path where nothing scatters or reflects: one loop over the rays, no lists of legs.
   RadianceCounts run_straight() {
     const bool masked = !world_.surfaces().empty();
     const bool emits = settings_.parts.emission && world_.emits(interval_);

@@ -39,7 +39,7 @@ struct RecipeModel {
   double map_s = 0;    ///< of fixed_s, in proportion to the photons
   double fixed_s = 0;  ///< map, rays and what decides about them
   double sample_s = 0;
-  double floor = 0;  ///< rays and photon map; a pass of its own halves it, more samples do not
+  double floor = 0;  ///< of rays and photon map: falls with more passes, not with more samples
   double noise = 0;
   double bias = 0;  ///< squared
   int least_samples = 1;

@@ -319,7 +319,7 @@ class Decider {
     bool fits = true;
     for (const Effect effect : candidates) {
       const double bound = bound_of(effect);
-      // Nothing is left out where more than the picture is measured, but what is nothing.
+      // With probes or rectangles only effects of bound 0 are dropped: bounds speak of the image.
       fits = fits && (only_image_ || bound == 0) && sum + bound <= most_;
       if (!fits) {
         row(effect).reason +=

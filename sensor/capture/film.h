@@ -41,8 +41,8 @@ class PixelSum {
   /// A ray with a value that is not finite (depth may be infinite) is left out and counted.
   /// @param weight the share of the pixel that the ray stands for, above 0; only ratios matter
   void add(const RaySample& ray, double weight = 1) noexcept;
-  /// How far one ray's radiance strays from the pixel's mean, squared, as others know: it counts where the
-  /// pixel has one ray, which cannot tell itself.
+  /// Expected squared distance of one ray's radiance from the pixel's mean, as its corners tell. It counts only where
+  /// the pixel has one ray, which has no scatter of its own.
   void set_spread(int band, double variance) noexcept { bands_[static_cast<std::size_t>(band)].spread = variance; }
 
   /// Rays that count.
