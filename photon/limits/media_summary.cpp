@@ -11,9 +11,9 @@
 namespace obscura {
 namespace {
 
-/// What sums of floats may have lost.
+/// Factor that makes up for what rounding in sums of floats may have lost.
 constexpr double kRounding = 1 + 1e-6;
-/// Of what a few noisy rays saw as brightest, so much is believed.
+/// Share that is believed of the brightest radiance that a few noisy rays have seen.
 constexpr double kBelieved = 0.9;
 
 }  // namespace
@@ -172,7 +172,7 @@ void add_object(const World& world, int interval, const Object& object, Interval
   add(kRounding * planck(warmest));
 }
 
-/// Everything but clouds and what the view sees.
+/// The limits of everything but the clouds; what needs the view's rays is filled in later.
 IntervalLimits surroundings(const World& world, int interval) {
   IntervalLimits limits;
   limits.band = world.interval(interval).band;

@@ -7,8 +7,8 @@ namespace obscura::detail {
 
 namespace {
 
-/// The depth up to which no shadow ray ends by roulette: from there on it goes as far as a free path does, and
-/// counts as much as when it began that.
+/// The depth up to which no shadow ray ends by roulette. Beyond it the ray survives as a free path does; one that
+/// arrives counts exp(-kSureDepth).
 constexpr double kSureDepth = 2;
 
 }  // namespace

@@ -100,7 +100,7 @@ class Pass {
   }
 
  private:
-  /// Nothing turns light into a ray, or the ray itself: all that there is lies along it.
+  /// True where nothing scatters or reflects light into a ray: all that it brings comes from along itself.
   bool is_straight() const {
     const bool scatters = world_.scatters(interval_) && settings_.scattering_depth.value_or(1) > 0;
     return !scatters && !world_.surfaces_reflect(interval_) && !(narrowest_spot_ < kInfinity);
@@ -318,7 +318,7 @@ class Pass {
     std::vector<Flight> flights;
     for (std::size_t i = 0; i < legs_.size(); ++i) {
       const Leg& leg = legs_[i];
-      // Of a leg with coarse cells the leaves decide: what they do not hold of this depth, no point is placed in.
+      // With coarse cells this depth is an upper estimate: a target that the leaves do not reach gets no point.
       const double lost = one_minus_exp(leg.most_depth);
       if (!(lost > 0)) continue;
       const int count = std::clamp(static_cast<int>(std::ceil(lost * settings_.points)), 1, kMostPoints);

@@ -11,7 +11,7 @@ constexpr int kMostMirrors = 4;
 /// A search that has looked at more faces than this gives up: the spot is refined.
 constexpr int kMostFaces = 4096;
 constexpr std::size_t kMostReflections = 8;
-/// Faces of a cover against which what lies in its own range of depths is judged one by one.
+/// Most faces of a cover for which a face in the same range of depths is compared with each.
 constexpr std::size_t kMostCover = 64;
 constexpr int kMostPermeable = 16;
 
