@@ -53,7 +53,7 @@ class Search {
       }
     }
 
-    // All rays have the last word.
+    // All measuring rays decide at the end.
     for (int attempt = 0;; ++attempt) {
       detail::Compressed result = detail::compress(analysis_, how);
       Octree tree(std::move(result.tree));

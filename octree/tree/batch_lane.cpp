@@ -51,8 +51,8 @@ Prepared prepare_lane(const TreeData& tree, const Ray& ray, LaneRay& lane) noexc
     lane.direction[axis] = static_cast<float>(d);
     lane.inverse[axis] = static_cast<float>(std::min(inverse[axis], static_cast<double>(kParallel)));
     if (d < kShallow) {
-      // All but parallel: it stays in its layer of voxels, whatever rounding does to its place, or is left to
-      // the scalar walk, which tells by the planes' times.
+      // Nearly parallel: if it crosses no plane it stays in its layer of voxels, whatever rounding does to its place.
+      // Else the scalar walk takes it, which compares the planes' times.
       const double doubt =
           d > 0 ? 4 * std::numeric_limits<double>::epsilon() * (std::abs(origin[axis]) + std::abs(p)) : 0.0;
       if (fraction < doubt || fraction + d * (leave - enter) * (1 + 1e-12) + doubt >= 1) return Prepared::shallow;

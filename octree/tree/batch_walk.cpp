@@ -1,5 +1,5 @@
 // The batched walk's calls: each becomes a job for the kernel of the best SIMD target that the machine has.
-// What no kernel can take, the scalar walk does.
+// Rays that no kernel can take go to the scalar walk.
 #include "octree/tree/batch_walk.h"
 
 #include <cassert>

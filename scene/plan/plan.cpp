@@ -85,7 +85,7 @@ void share_samples(const Description& scene, Plan& plan) {
   // Where all pixels have as many rays, none is without a sample.
   if (!plan.sampling.adaptive) plan.sampling.max_oversampling = std::min(plan.sampling.max_oversampling, samples);
   plan.sampling.samples = samples;
-  // For whoever asks along single rays.
+  // For callers that ask along single rays, such as probes.
   plan.radiance.points =
       std::clamp((samples + plan.sampling.max_oversampling - 1) / plan.sampling.max_oversampling, 1, kMostPoints);
   if (scene.render.method == MethodKind::path) {
@@ -168,7 +168,7 @@ Plan make_plan(const Description& scene, const MediaSummary& summary, double bud
     share_samples(scene, plan);
   } else if (again && gather) {
     plan.radiance.gather_bounces = 1;
-    // Many questions, none of which shows by itself: the least points for each denominator do.
+    // So many estimates are averaged that the fewest cubature points are enough for each.
     plan.radiance.gather.rounds = 2;
     share_samples(scene, plan);
   }
