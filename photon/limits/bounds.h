@@ -20,8 +20,8 @@ double interaction_norm(const IntervalLimits& limits) noexcept;
 struct EffectBounds {
   double emission = 0;           ///< of clouds
   double single_scattering = 0;  ///< all that clouds scatter
-  double multiple_scattering =
-      0;           ///< what a pass without a map leaves out: two interactions or more, and one of clouds' emission
+  /// What a pass without a map leaves out: light after two interactions or more, and clouds' emission after one.
+  double multiple_scattering = 0;
   double sun = 0;  ///< with moon
   double sky = 0;
   double specular = 0;   ///< mirrors taken for Lambertian

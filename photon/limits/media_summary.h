@@ -17,7 +17,7 @@ struct HalfSpace {
   Vec3d inward;  ///< unit vector
 };
 
-/// What a camera sees, without its pixels.
+/// What a camera sees, as a sample of its rays and the space that holds them all.
 struct View {
   /// A sample of its rays, in groups of `together` that lie in one pixel.
   std::vector<Ray> rays;
@@ -85,8 +85,8 @@ struct IntervalLimits {
 /// What the picture of a band shows, W/m2/sr.
 struct BandScale {
   double floor = 0;  ///< no radiance anywhere is less
-  double brightest =
-      0;  ///< largest mean of a group of the view's rays, by emission and direct light alone: an estimate from below
+  /// Largest mean of a group of the view's rays, by emission and direct light alone: an estimate from below.
+  double brightest = 0;
   /// The least that an image error is relative to (sensor/METHODS.md, "Comparing images"): max(|L|, 0.05 max L) is no
   /// less anywhere.
   double least() const noexcept { return std::max(floor, 0.05 * brightest); }
@@ -96,8 +96,8 @@ struct MediaSummary {
   std::vector<CloudSummary> clouds;
   std::vector<BandScale> bands;
   std::vector<IntervalLimits> intervals;  ///< with all clouds
-  double reach_m =
-      0;  ///< between the view's origins, clouds, objects and spheres at most; infinite in a periodic World
+  /// Largest distance between any two of the view's origins, clouds, objects and spheres; infinite in a periodic World.
+  double reach_m = 0;
   bool periodic = false;
   /// Of sun and moon, those that there are: an opaque rectangle keeps all its light from everything; a camera ray may
   /// see its disc.
