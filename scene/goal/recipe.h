@@ -43,7 +43,7 @@ struct RecipeModel {
   double noise = 0;
   double bias = 0;  ///< squared
   int least_samples = 1;
-  int least_passes = 2;  ///< that know their own error, biases included
+  int least_passes = 2;  ///< fewest that know their own error, bias included
 
   double pass_s(int samples) const noexcept { return fixed_s + sample_s * samples; }
   double pass_square(int samples) const noexcept { return floor + noise / samples; }
@@ -60,8 +60,8 @@ struct PassPlan {
 /// Rays of a uniform pixel: fewer could not tell their own error (sensor/capture/film.h). Each has a sample at least.
 inline constexpr int kUniformRays = 4;
 
-/// Into so many passes, at least, the samples of an image are divided: one that falls short costs one more, not all
-/// again.
+/// An image's samples are divided into at least so many passes: if the error is still too large, one more pass is
+/// needed, not all again.
 inline constexpr int kFewestPasses = 2;
 /// Passes that know their own error: a photon map's bias is told by two maps.
 inline int least_passes(const Recipe& recipe) {

@@ -22,7 +22,7 @@ inline constexpr std::array<Referee, 3> kReferees{Referee::photon, Referee::path
 /// "photon", "path", "ordinates"
 const char* name_of(Referee method) noexcept;
 
-/// A named scene whose verdict the program vouches for.
+/// A built-in scene on which the methods are known to agree.
 struct VerifyCase {
   std::string name;
   std::string about;  ///< one line
