@@ -95,7 +95,7 @@ class FilmTile {
   int y_begin() const noexcept { return y_; }
   int y_end() const noexcept { return y_ + rows_; }
 
-  /// Sets a pixel that is done. Row by row from the top left: the sums have this order.
+  /// Sets a pixel that is done. Call it row by row from the top left, since sums are made in this order.
   /// @param object_id 1-based, at the pixel's centre; 0 none.
   /// @param criterion that has asked for most of the pixel's rays
   void put(int x, int y, const PixelSum& pixel, std::uint32_t object_id, Criterion criterion = Criterion::none);
@@ -136,8 +136,8 @@ class Film {
   std::array<int, 4> tile_box(int index) const noexcept;
   /// An empty tile to work on; any thread.
   FilmTile tile(int index) const;
-  /// Puts a tile back that has all its pixels (else InvalidArgument is asserted). Different tiles may
-  /// be put by different threads at once; a tile that is never put stays undone.
+  /// Puts a tile back. @pre it has all its pixels. Different tiles may be put by different threads at once; a tile that
+  /// is never put stays undone.
   void put(FilmTile&& tile);
 
   /// Replaces error (in squares) and bias of each pixel by the weighted mean over it and its neighbours: a pixel's own

@@ -116,7 +116,7 @@ class Refiner {
            (static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_ + 1) + static_cast<std::size_t>(x)) *
                corners_.stride();
   }
-  /// What rays at the corners of parts tell: asks where nothing has asked, and ramps of the parts.
+  /// Sends rays to the corners of parts where the geometry has not asked: sets what they ask for, and the parts' ramps.
   void decide_by_rays(std::span<const Cell> cells, int level, const FilmTile& tile, std::vector<Criterion>& asks,
                       std::vector<Ramp>& ramps, TileStrata& result) const;
   Corners corners_of(int x, int y) const noexcept {
