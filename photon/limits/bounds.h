@@ -24,10 +24,10 @@ struct EffectBounds {
   double multiple_scattering = 0;
   double sun = 0;  ///< with moon
   double sky = 0;
-  double specular = 0;   ///< mirrors taken for Lambertian
-  double air_share = 0;  ///< of the radiance itself, and beside
-  double air_lost = 0;
-  double air_gained = 0;
+  double specular = 0;    ///< mirrors taken for Lambertian
+  double air_share = 0;   ///< most that air takes of a ray's radiance, as a share of it,
+  double air_lost = 0;    ///< and most that it takes besides, of light before that scatters
+  double air_gained = 0;  ///< most that air adds
 };
 
 /// @param reach_m largest distance in the scene

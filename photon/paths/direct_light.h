@@ -161,8 +161,8 @@ enum class Beyond {
 class DirectLight {
  public:
   /// @param work      what is done adds to it
-  /// @param roulette  deep shadow rays end by chance, so that each costs a few free paths at most: for paths,
-  ///                  whose own chances are worse
+  /// @param roulette  deep shadow rays end by chance, so that each costs a few free paths at most: for paths, whose own
+  ///                  noise is larger than what this adds
   DirectLight(const World& world, int interval, const RadianceParts& parts, WorkCounts& work, bool roulette = false);
 
   bool empty(Beyond beyond = Beyond::map) const noexcept {
@@ -202,8 +202,8 @@ class DirectLight {
   }
   bool suns() const noexcept { return suns_; }
 
-  /// Share of what a path brings from the discs of sun and moon, from an emitting face or from a hot sphere,
-  /// where the point before has sent shadow rays with Beyond::path. W/m2/sr.
+  /// Radiance that counts where a path meets the discs of sun and moon, an emitting face or a hot sphere, if the point
+  /// before has sent shadow rays with Beyond::path: the path's share by the balance heuristic, W/m2/sr.
   /// @param density of the path's direction, 1/sr; infinite: nothing else has looked there
   double discs_found(const Vec3d& toward, double density) const noexcept;
   double face_found(const SurfacePoint& there, double t, double density) const noexcept;
@@ -341,8 +341,7 @@ class DirectLight {
 /// The clouds' own emission, and the air's, of which the clouds hide what is behind them.
 /// @param coarse if not null, decides which cells are taken whole, and knows the clouds' optical depth afterwards
 /// @param depth  if not null, receives the clouds' optical depth; the walk ends where transmission underflows, and
-/// depth
-///               behind that is not counted
+///               depth behind that is not counted
 double light_along(const World& world, int interval, const Ray& ray, CoarseCells* coarse = nullptr,
                    double* depth = nullptr) noexcept;
 
