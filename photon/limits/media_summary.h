@@ -17,7 +17,7 @@ struct HalfSpace {
   Vec3d inward;  ///< unit vector
 };
 
-/// What a camera sees, as a sample of its rays and the space that holds them all.
+/// What a camera sees, without its pixels.
 struct View {
   /// A sample of its rays, in groups of `together` that lie in one pixel.
   std::vector<Ray> rays;

@@ -74,7 +74,7 @@ struct Photon {
   std::uint32_t direction = 0;  ///< where it travels, see encode_direction()
   float power = 0;              ///< W, before roulette, divided by the emitted number of the whole map
   std::uint8_t batch = 0;       ///< 0 .. kBatches - 1, by history
-  std::uint8_t split = 0;       ///< free for the caller; neither tree nor estimate looks at it
+  std::uint8_t split = 0;       ///< a label of whoever traces; neither tree nor estimate looks at it
   /// Collisions of its history before this one; of light at a surface, the normal of the side that it
   /// has met, see encode_normal().
   std::uint16_t collisions = 0;

@@ -5,13 +5,13 @@
 namespace obscura {
 namespace {
 
-/// Embree's own rounding, of the scene's size: rays see faces displaced by so much (photon/METHODS.md, "The spot").
+/// Embree's own rounding, of the scene's size: rays see faces displaced by so much (METHODS.md, "The spot").
 constexpr double kFloatRounding = 3e-7;
 constexpr int kMostMirrors = 4;
 /// A search that has looked at more faces than this gives up: the spot is refined.
 constexpr int kMostFaces = 4096;
 constexpr std::size_t kMostReflections = 8;
-/// Most faces of a cover for which a face in the same range of depths is compared with each.
+/// Faces of a cover against which what lies in its own range of depths is judged one by one.
 constexpr std::size_t kMostCover = 64;
 constexpr int kMostPermeable = 16;
 

@@ -10,8 +10,8 @@
 namespace obscura {
 namespace {
 
-/// Least chance that escape_chance() gives. A smaller one would make the powers of photons from neighbouring blocks
-/// differ so much that the noise which it saves in thick cores comes back at their borders.
+/// Least share of a thick source's photons: below it the weights of neighbours would differ so much
+/// that the noise which thick cores are spared comes back at their borders.
 constexpr double kLeastChance = 0.1;
 
 /// A bounded estimate of the chance that light leaves a cube of side a: min(1, A / (4 k_a V)).
@@ -70,8 +70,8 @@ PhotonEmitter::PhotonEmitter(const World& world, int interval, const SourceSelec
   const FaceLights& lights = world.face_lights(interval);
   if (selection.surfaces && !lights.empty()) {
     add(Kind::faces, 0, lights.power(), lights.power());
-    // Light of the faces that goes through the surroundings of the clouds is emitted by a source of its own (lines).
-    // Its power is not known beforehand: it is counted with the faces'.
+    // What of that power goes through the surroundings of the clouds has a source of its own, whose power
+    // only its photons know: it is counted with the faces'.
     if (targets_.size() > 1) sources_.push_back({Kind::lines, 0, 0.0, lights.power()});
   }
   const std::vector<HotSphere>& spheres = world.spheres();
@@ -186,7 +186,7 @@ void PhotonEmitter::make_faces(const Box3d& around) {
     }
     if (cell.isEmpty()) return;
     if (!around.isEmpty()) {
-      // A little farther, so that light starts before the rectangle and not on it.
+      // A little farther: what starts on a rectangle has passed it.
       Box3d reach = transform_box(frame.world_to_local, around);
       const Vec3d margin(1e-3 * (cell.size().length() + reach.size().length()));
       cell.extendBy(Box3d(reach.min - margin, reach.max + margin));
@@ -223,8 +223,7 @@ void PhotonEmitter::make_faces(const Box3d& around) {
 
 void PhotonEmitter::make_targets() {
   targets_.push_back({middle_, radius_, 1.0});
-  // Where the World is much larger than its clouds (terrain of kilometres about a puff of metres), most photons are
-  // aimed at the surroundings of the clouds.
+  // What is far from all clouds matters little to them: terrain of kilometres about a puff of metres.
   const Box3d& clouds = world_->cloud_bounds();
   if (clouds.isEmpty()) return;
   constexpr double kAround = 1.5, kMuchLarger = 3, kShare = 0.75;
@@ -413,7 +412,7 @@ EmittedPhoton PhotonEmitter::from_faces(double u, const std::array<double, 8>& v
   photon.direction = cosine_direction(place.normal, v[4], v[5]);
   photon.in_direct_set = true;
   photon.from = place.id;
-  // The face was chosen by its mean radiance; that of this place and angle gives the power.
+  // The face was chosen by its mean radiance over all angles; here and there it differs.
   const double radiance = lights.emission(*world_, place, place.normal.dot(photon.direction));
   photon.power = kPi * radiance / lights.density(*world_, place.id);
   if (is_on_a_line(photon.position, photon.direction, place.id)) photon.power = 0;

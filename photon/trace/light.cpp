@@ -40,11 +40,11 @@ void refuse_unfit(const World& world, std::span<const FluxRectangle> rectangles)
   }
 }
 
-/// Divides the photons among the groups of sources so that the noise of what the maps hold is least: in proportion to
-/// the root mean square of what one photon of the group stores. A pilot of a few photons of each group measures that.
+/// Photons of each group of sources by what they leave in the maps: as many as make the sum's noise least,
+/// which is in proportion to the root mean square of what one of them stores. A few of each tell.
 void share_photons(const World& world, PhotonEmitter& emitter, const TraceSettings& settings, WorkCounts& work) {
   const std::uint64_t pilots = std::clamp<std::uint64_t>(settings.photons / 50, 4096, 65536);
-  constexpr double kLeast = 0.01;  // of the largest share: a pilot may have missed what a source rarely stores
+  constexpr double kLeast = 0.01;  // of the largest: a source may store late what the pilot has not seen
   if (emitter.group_count() < 2 || settings.photons < 4 * pilots) return;
   TraceSettings pilot = settings;
   pilot.photons = pilots;

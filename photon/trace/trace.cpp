@@ -18,7 +18,7 @@ namespace {
 /// Histories that fly together through the batched walk.
 constexpr std::size_t kChunk = 2048;
 
-/// The uniform numbers that emission draws from: eight per history.
+/// The numbers of emission: eight per history.
 class EmissionNumbers {
  public:
   EmissionNumbers(const TraceSettings& settings, int interval, int batch, std::uint64_t first)
@@ -63,8 +63,8 @@ struct History {
   Stream stream;
 };
 
-/// A photon with the order in which its history was emitted: sorted by it, the map does not depend on which histories
-/// flew together.
+/// A photon is stored with the order in which its history was emitted, so that the map does not depend on
+/// who flew with whom.
 using Stored = std::vector<std::pair<std::uint32_t, Photon>>;
 
 struct ChunkResult {
@@ -142,7 +142,7 @@ class Chunk {
     LocalOptics local;
     if (end.collided) local = world_.at_collision(interval_, flight, end);
     double t = end.collided ? end.t : hit.t;
-    // The air may absorb it before. Light from beyond is given as it arrives at the scene: the air does not dim it.
+    // The air may have taken it before; what comes from beyond is given as it arrives.
     bool lost_in_air = false;
     if (air_ > 0 && !history.from_beyond) {
       const double t_air = -std::log(history.stream.uniform()) / air_;
@@ -237,8 +237,7 @@ class Chunk {
     return reflect_diffusely(history, at);
   }
 
-  /// Draws a direction in proportion to cosine and reflectance. At the first surface half of the directions are aimed
-  /// at the clouds, and weights make up for it.
+  /// In proportion to cosine and reflectance; at the first surface half of all at the clouds, with weights.
   bool reflect_diffusely(History& history, const SurfacePoint& at) {
     Stream& stream = history.stream;
     const auto lambertian = [&] {
@@ -263,7 +262,7 @@ class Chunk {
         cosine > 0 ? cosine * at.reflectance(cosine) / (kPi * (1 - at.material->hemispherical_emissivity())) : 0.0;
     const bool in_cone = history.direction.dot(way) >= distance * std::sqrt(1 - sine * sine);
     const double weight = wanted / (0.5 * wanted + (in_cone ? 0.5 / solid_angle : 0.0));
-    // Power that the weight adds or removes is booked as emitted, so that the balance of power stays exact.
+    // What the weight gives or takes is as if emitted: the balance stays exact.
     result_.energy.emitted[batch_] += (weight - 1) * history.power;
     history.power *= weight;
     return history.power > 0;

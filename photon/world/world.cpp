@@ -73,8 +73,7 @@ LocalOptics walk_to_depth(const World& world, int interval, const Flight& flight
   return {};
 }
 
-/// Optical depth from which on a leaf is thick: the batched walk is right to 2e-5 of a leaf, which is then no longer
-/// small against a free path.
+/// The batched walk is right to 2e-5 of a leaf: in one of this optical depth that is farther than light goes.
 constexpr double kThick = 100;
 
 /// The longest side of a cloud's leaves in the world, of bricks at least, m.
@@ -256,7 +255,7 @@ void World::place_clouds() {
       optics_.emplace_back(cloud, contents_.bands[static_cast<std::size_t>(where.band)], where.interval, i);
     }
   }
-  // A cloud that neither attenuates nor emits is left out of the bounds, so that it changes no bit of any result.
+  // A cloud that does nothing to light has no say in where anything lies: it must not change a bit.
   for (int c = 0; c < cloud_count(); ++c) {
     const Cloud& cloud = contents_.clouds[static_cast<std::size_t>(c)];
     bool acts = false;

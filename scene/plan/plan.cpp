@@ -37,7 +37,7 @@ bool gathers(const Description& scene, const MediaSummary& summary) {
 
 /// Which method should bring the same error sooner, by rules of thumb: paths waste nothing where light scatters about
 /// once, where it is absorbed soon, and where few pixels do not repay a map; photons are shared by all pixels. A target
-/// error asks a pilot instead (scene/goal/accuracy.h).
+/// error asks a pilot instead (accuracy.h).
 MethodChoice choose_method(const Description& scene, const MediaSummary& summary, const detail::Decisions& effects,
                            const detail::Costs& costs) {
   MethodChoice choice;
@@ -85,7 +85,7 @@ void share_samples(const Description& scene, Plan& plan) {
   // Where all pixels have as many rays, none is without a sample.
   if (!plan.sampling.adaptive) plan.sampling.max_oversampling = std::min(plan.sampling.max_oversampling, samples);
   plan.sampling.samples = samples;
-  // For callers that ask along single rays, such as probes.
+  // For whoever asks along single rays.
   plan.radiance.points =
       std::clamp((samples + plan.sampling.max_oversampling - 1) / plan.sampling.max_oversampling, 1, kMostPoints);
   if (scene.render.method == MethodKind::path) {
@@ -168,7 +168,7 @@ Plan make_plan(const Description& scene, const MediaSummary& summary, double bud
     share_samples(scene, plan);
   } else if (again && gather) {
     plan.radiance.gather_bounces = 1;
-    // So many estimates are averaged that the fewest cubature points are enough for each.
+    // Many questions, none of which shows by itself: the least points for each denominator do.
     plan.radiance.gather.rounds = 2;
     share_samples(scene, plan);
   }

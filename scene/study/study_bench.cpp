@@ -40,7 +40,7 @@ Vec3i cells_of(const World& world, int longest) {
 }
 
 /// What the solver holds while it iterates: about 26 vectors of eight moments' expansions a cell
-/// (photon/ordinates/ordinates_solver.cpp).
+/// (ordinates_solver.cpp).
 double solver_bytes(const OrdinatesSolution& solution, int order) {
   const double degree = std::min(solution.grid().phase_degree(order), order - 1);
   return 26 * 8 * sizeof(double) * static_cast<double>(solution.grid().size()) * (degree + 1) * (degree + 1);
