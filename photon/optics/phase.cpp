@@ -21,7 +21,7 @@ double hg_value(double g, double cosine) noexcept {
   return kInverseSphere * (1 - g) * (1 + g) / (distance2 * std::sqrt(distance2));
 }
 
-// 1 - mu and 1 + mu such that a share u of the density lies below mu (photon/METHODS.md, "Phase functions"): the usual
+// 1 - mu and 1 + mu such that a share u of the density lies below mu (METHODS.md): the usual
 // inverse, rearranged so that neither cancels and g = 0 needs no case of its own.
 struct Cosine {
   double one_minus, one_plus;

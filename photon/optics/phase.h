@@ -1,5 +1,5 @@
 // Phase functions: where a scattered photon goes. A value type for kernels: no virtual, no
-// allocation after it is made, cheap to copy. Formulas: photon/METHODS.md, "Phase functions".
+// allocation after it is made, cheap to copy. Formulas: METHODS.md, Phase functions.
 #pragma once
 
 #include <memory>
@@ -33,9 +33,8 @@ class PhaseFunction {
   static PhaseFunction table(const std::vector<double>& angles_deg, const std::vector<double>& values,
                              double* norm_change = nullptr);
 
-  /// A smoother copy: convolved with a Henyey-Greenstein lobe just wide enough that no value exceeds peak / (4 pi).
-  /// With h the lobe's mean cosine, the Legendre moment l is multiplied by h^l. Where no value is above, the same
-  /// function.
+  /// The same light scattered into somewhat other directions: convolved with as wide a Henyey-Greenstein lobe as
+  /// leaves no value above peak / (4 pi). Moments l are multiplied by h^l. Where none is above, the same function.
   /// @param peak > 1
   PhaseFunction blunted(double peak) const;
 
