@@ -22,7 +22,7 @@ inline constexpr std::array<Referee, 3> kReferees{Referee::photon, Referee::path
 /// "photon", "path", "ordinates"
 const char* name_of(Referee method) noexcept;
 
-/// A built-in scene on which the methods are known to agree.
+/// A named scene whose verdict the program vouches for.
 struct VerifyCase {
   std::string name;
   std::string about;  ///< one line
