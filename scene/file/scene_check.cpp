@@ -122,7 +122,7 @@ void check_grey(Findings& findings, const Description& scene) {
     const std::string pointer = element("objects", i);
     check_either(pointer, object.K.has_value(), object.radiance.has_value(), false);
     if (findings.bad(pointer_to(pointer, "radiance"))) continue;
-    // A temperature of a part is judged like one of the whole object.
+    // Kelvin of its parts are the object's too.
     for (const auto& [name, group] : object.groups) {
       const std::string K = pointer_to(pointer_to(pointer_to(pointer, "groups"), name), "K");
       if (group.K) check_pair(K, pointer, true, object.radiance.has_value());

@@ -1,4 +1,4 @@
-// Checks between the values of a scene: unique names, bands, directions, no kelvin in grey bands.
+// What a scene's values have to be together: names, bands, directions, grey against kelvin.
 #pragma once
 
 #include "scene/file/scene_reader.h"

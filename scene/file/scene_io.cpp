@@ -7,7 +7,7 @@
 namespace obscura {
 namespace {
 
-// Problems at or below a place that an option has set name that option.
+// A problem at or below an edited place is the option's.
 void name_options(std::vector<Problem>& problems, const std::vector<SceneEdit>& edits) {
   for (Problem& problem : problems) {
     for (const SceneEdit& edit : edits) {

@@ -77,7 +77,7 @@ class ObjectReader {
   /// Refuses the key by name unless it holds its default, null, {} or []. @returns whether it refused.
   bool later(const char* key, const Json& default_value, const char* what);
 
-  /// Accepts a key without reading it, because a refused key gives it another meaning.
+  /// A key that a refused one gives another meaning.
   void skip(const char* key) { known_.emplace_back(key); }
 
   void form(const char* key);
