@@ -69,7 +69,7 @@ inline std::pair<Vec3d, Vec3d> orthonormal_basis(const Vec3d& n) noexcept {
 /// The map p -> translation + Rz Ry Rx (scale p), right-handed rotations about the axes, radians.
 Affine placement(const Vec3d& translation, const Vec3d& rotation, double scale) noexcept;
 
-/// Interval of t in which the ray is inside the box, clipped to the ray's own; empty (first > second)
+/// Interval of t in which the ray is inside the box, within the ray's own [t_min, t_max]; empty (first > second)
 /// where it misses. A ray that lies in a face counts as inside on the lower side only: the box is [min, max).
 std::pair<double, double> clip(const Ray& ray, const Box3d& box) noexcept;
 

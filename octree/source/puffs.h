@@ -1,5 +1,5 @@
 // A smoke screen of a few pyrotechnic sources: Gaussian puffs that drift, rise, grow and break up.
-// For demonstrations and tests; not a dispersion model to decide by (METHODS.md has the formulas).
+// For demonstrations and tests; not a dispersion model to decide by (formulas: octree/METHODS.md).
 #pragma once
 
 #include <cstdint>

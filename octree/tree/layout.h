@@ -1,5 +1,5 @@
 // The memory of an Octree, drawn once: immutable, pointer-free but for its four arrays, made by the
-// builder, read by octree.h and the walks. README.md draws it. Not for callers of octree.h.
+// builder, read by octree.h and the walks. octree/README.md draws it. Not for callers of octree.h.
 #pragma once
 
 #include <algorithm>

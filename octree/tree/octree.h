@@ -1,5 +1,5 @@
 // The immutable octree of a cloud: several channels on one topology, leaves at every level, guaranteed
-// bounds in every cell. Walks are in walk.h and batch_walk.h; it is made by build.h.
+// bounds in every cell. Walks are in walk.h and batch_walk.h; octree/build/build.h makes it.
 #pragma once
 
 #include <array>

@@ -7,7 +7,7 @@
 namespace obscura {
 namespace {
 
-/// 0 where either is: nothing of something without a bound is nothing.
+/// The product; 0 where either factor is 0, even if the other is infinite (has no bound).
 double times(double a, double b) noexcept { return a == 0 || b == 0 ? 0.0 : a * b; }
 
 /// a / (1 - q): the sum of a geometric series; infinite where that does not converge.

@@ -1,4 +1,5 @@
-// Bounds behind decisions: what leaving an effect out may change at most. Formulas: METHODS.md, "Bounds".
+// Bounds behind decisions: what leaving an effect out may change at most. Formulas:
+// photon/METHODS.md, "Bounds and the builder's measure".
 #pragma once
 
 #include "photon/limits/media_summary.h"
@@ -19,14 +20,14 @@ double interaction_norm(const IntervalLimits& limits) noexcept;
 struct EffectBounds {
   double emission = 0;           ///< of clouds
   double single_scattering = 0;  ///< all that clouds scatter
-  double multiple_scattering =
-      0;           ///< what a pass without a map leaves out: two interactions or more, and one of clouds' emission
+  /// What a pass without a map leaves out: light after two interactions or more, and clouds' emission after one.
+  double multiple_scattering = 0;
   double sun = 0;  ///< with moon
   double sky = 0;
-  double specular = 0;   ///< mirrors taken for Lambertian
-  double air_share = 0;  ///< of the radiance itself, and beside
-  double air_lost = 0;
-  double air_gained = 0;
+  double specular = 0;    ///< mirrors taken for Lambertian
+  double air_share = 0;   ///< most that air takes of a ray's radiance, as a share of it,
+  double air_lost = 0;    ///< and most that it takes besides, of light before that scatters
+  double air_gained = 0;  ///< most that air adds
 };
 
 /// @param reach_m largest distance in the scene

@@ -11,9 +11,9 @@
 namespace obscura {
 namespace {
 
-/// What sums of floats may have lost.
+/// Factor that makes up for what rounding in sums of floats may have lost.
 constexpr double kRounding = 1 + 1e-6;
-/// Of what a few noisy rays saw as brightest, so much is believed.
+/// Share that is believed of the brightest radiance that a few noisy rays have seen.
 constexpr double kBelieved = 0.9;
 
 }  // namespace
@@ -172,7 +172,7 @@ void add_object(const World& world, int interval, const Object& object, Interval
   add(kRounding * planck(warmest));
 }
 
-/// Everything but clouds and what the view sees.
+/// The limits of everything but the clouds; what needs the view's rays is filled in later.
 IntervalLimits surroundings(const World& world, int interval) {
   IntervalLimits limits;
   limits.band = world.interval(interval).band;
@@ -267,7 +267,8 @@ MediaSummary summarize(const World& world, const CameraView& view) {
   for (int i = 0; i < world.interval_count(); ++i) {
     IntervalLimits limits = surroundings(world, i);
     for (const CloudSummary& cloud : summary.clouds) add_cloud(cloud.intervals[static_cast<std::size_t>(i)], limits);
-    // The minimum principle: nothing that is at least a black body of this radiance lets any be less (METHODS.md).
+    // The minimum principle: nothing that is at least a black body of this radiance lets any be less
+    // (photon/METHODS.md, "Bounds and the builder's measure").
     limits.floor = sealed ? std::min({limits.sky, limits.surface_min, limits.sphere_min, limits.source_min}) : 0.0;
     if (limits.air_extinction > 0) limits.floor = std::min(limits.floor, limits.air);
     limits.scattering_seen = largest_scattering_depth(world, i);

@@ -1,5 +1,5 @@
-// What a World can do to light at most, as plain values: the measured half of every decision about effects.
-// The decisions themselves are whoever asks; the formulas are in bounds.h.
+// What a World can do to light at most, as plain values, measured once. Bounds (bounds.h) follow from them; what is
+// left out because of a bound is decided elsewhere.
 #pragma once
 
 #include <cstdint>
@@ -85,9 +85,10 @@ struct IntervalLimits {
 /// What the picture of a band shows, W/m2/sr.
 struct BandScale {
   double floor = 0;  ///< no radiance anywhere is less
-  double brightest =
-      0;  ///< largest mean of a group of the view's rays, by emission and direct light alone: an estimate from below
-  /// The least that an image error is relative to (DESIGN.md 9): max(|L|, 0.05 max L) is no less anywhere.
+  /// Largest mean of a group of the view's rays, by emission and direct light alone: an estimate from below.
+  double brightest = 0;
+  /// The least that an image error is relative to (sensor/METHODS.md, "Comparing images"): max(|L|, 0.05 max L) is no
+  /// less anywhere.
   double least() const noexcept { return std::max(floor, 0.05 * brightest); }
 };
 
@@ -95,8 +96,8 @@ struct MediaSummary {
   std::vector<CloudSummary> clouds;
   std::vector<BandScale> bands;
   std::vector<IntervalLimits> intervals;  ///< with all clouds
-  double reach_m =
-      0;  ///< between the view's origins, clouds, objects and spheres at most; infinite in a periodic World
+  /// Largest distance between any two of the view's origins, clouds, objects and spheres; infinite in a periodic World.
+  double reach_m = 0;
   bool periodic = false;
   /// Of sun and moon, those that there are: an opaque rectangle keeps all its light from everything; a camera ray may
   /// see its disc.

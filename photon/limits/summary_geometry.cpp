@@ -118,7 +118,7 @@ bool shaded(const World& world, const CameraView& view, const Sun& sun) {
     const Vec3d across = sheet->side_u.cross(sheet->side_v);
     const Vec3d normal = across.normalized();
     const double cosine = normal.dot(sun.toward);
-    // Light that comes along the sheet is none of its business.
+    // A sheet keeps off no light that comes along it.
     const double widest = std::sin(std::min(0.5 * sun.diameter, 0.5 * kPi));
     if (std::abs(cosine) < 2 * widest + 1e-3) continue;
     const std::vector<Vec3d> points = all_corners(world, view, o);
@@ -126,10 +126,10 @@ bool shaded(const World& world, const CameraView& view, const Sun& sun) {
       const double t = (sheet->corner - p).dot(normal) / cosine;  // towards the sun
       const double size = sheet->side_u.length() + sheet->side_v.length() + (p - sheet->corner).length();
       if (!(t > 1e-6 * size)) return false;
-      // Other places of the disc: the ray's foot moves by at most this.
+      // Where the ray towards another place of the disc meets the sheet's plane, at most so far from the foot below.
       const double spread = t * 2 * widest / (std::abs(cosine) * (std::abs(cosine) - widest)) + 1e-6 * size;
       const Vec3d foot = p + t * sun.toward - sheet->corner;
-      // Distances from the sides, from the foot's shares of them.
+      // The foot in shares of the two sides: 0 to 1 is inside.
       const double u = foot.cross(sheet->side_v).dot(normal) / across.length();
       const double v = sheet->side_u.cross(foot).dot(normal) / across.length();
       const double height_u = across.length() / sheet->side_v.length(),

@@ -9,8 +9,8 @@
 namespace obscura::detail {
 namespace {
 
-// Bounds of the edge correction, by experiment (METHODS.md): what a photon may count against, how much
-// of the denominator may be removed, what must remain of it.
+// Bounds of the edge correction, by experiment (photon/METHODS.md, "The photon map"): what a photon may count against,
+// how much of the denominator may be removed, what must remain of it.
 constexpr double kRidge = 0.005;
 constexpr double kSteepest = 2.5;
 constexpr double kMostRemoved = 0.75;

@@ -1,5 +1,6 @@
 // The density estimate: from the photons around a point to fluence, in-scattered radiance or any other
-// weighting of the light there, with batch values and the kernel's bias. Formulas: photon/METHODS.md.
+// weighting of the light there, with batch values and the kernel's bias. Formulas:
+// photon/METHODS.md, "The photon map".
 #pragma once
 
 #include <array>
@@ -30,7 +31,7 @@ struct Estimate {
   bool anomaly = false;                  ///< photons in the ball, but no extinction was met: value is 0
 };
 
-/// What a ball can see of itself where nothing stands in it.
+/// For a ball without surfaces in it: all its places see one another.
 struct Unobstructed {
   bool obstructed(const Vec3d&, double) const noexcept { return false; }
   Vec3d key(const Vec3d& x) const noexcept { return x; }
@@ -43,7 +44,7 @@ namespace detail {
 /// antipode, so that a homogeneous medium has a first moment of 0.
 struct BallPoint {
   double x, y, z;
-  double inner;  ///< what it counts in the kernel of radius 1/sqrt 2
+  double inner;  ///< its weight in the kernel of radius 1/sqrt 2; 0 outside
 };
 inline constexpr int kRoundPoints = 24;
 inline constexpr int kMostRounds = 16;
@@ -74,7 +75,7 @@ struct BallMoments {
   }
 };
 
-/// A photon at d counts level - slope . d: the local linear estimate over its denominator.
+/// The weight of a photon at d (in radii) is level - slope . d: the local linear correction over the denominator.
 struct PhotonWeight {
   double level = 0;
   Vec3d slope{0, 0, 0};
@@ -83,7 +84,7 @@ struct PhotonWeight {
 /// @param rounds  moments of independent rounds, each divided by the weight of its points
 PhotonWeight photon_weight(std::span<const BallMoments> rounds, bool correct) noexcept;
 
-/// Relative standard error of the denominator above which it is not believed.
+/// Largest relative standard error with which a denominator is believed.
 inline constexpr double kMostDoubt = 0.5;
 
 /// The estimate in the ball about x, and where its nearest photon is. `resolved` tells whether the

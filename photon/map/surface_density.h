@@ -16,8 +16,9 @@ struct DiscPoint {
 };
 std::span<const DiscPoint, kRoundPoints> disc_points(Kernel kernel) noexcept;
 
-/// How much of the surface around a point is its own side, seen from it, and turned alike: what photons
-/// can have landed on. In units of a plane that fills the disc: [0, 1], more where the surface is curved.
+/// How much surface there is in the disc around a point on which photons can have landed that count there: of the
+/// point's own side, visible from it, and turned alike. 1 is a plane that fills the disc; less at edges, more where it
+/// is curved.
 struct DiscCover {
   double whole = 0;  ///< under the kernel of the disc's radius
   double inner = 0;  ///< under that of radius / sqrt 2

@@ -3,8 +3,8 @@
 
 namespace obscura {
 
-/// stratified: a regular mesh modulated by a random law, so that batches are independent replicas;
-/// regular: the mesh alone, without a standard error; random: independent numbers.
+/// stratified: an even sequence of points, scrambled anew for each batch, so that batches are independent replicas;
+/// regular: the same sequence unscrambled, which has no standard error; random: independent numbers.
 enum class Directions { stratified, regular, random };
 
 }  // namespace obscura

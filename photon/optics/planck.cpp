@@ -23,7 +23,7 @@ constexpr double kSmallest = 1e-300;
 // The integrand falls as e^-x: what lies this far beyond a piece's lower end is below rounding.
 constexpr double kReach = 60;
 // The nearest poles are at 2 pi i: on panels this wide, the points below reach rounding
-// (METHODS.md).
+// (photon/METHODS.md, "Planck").
 constexpr double kPanel = 4;
 constexpr double kShortPanel = 0.5;
 

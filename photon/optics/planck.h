@@ -1,5 +1,6 @@
 // Planck's law: spectral, over a band, weighted with a response, and backwards to a temperature.
-// Micrometres, kelvin, W/m2/sr (spectral: per um). Formulas and accuracy: METHODS.md, Planck.
+// Micrometres, kelvin, W/m2/sr (spectral: per um). Formulas: photon/METHODS.md, "Planck"; accuracy:
+// photon/MEASURED.md.
 #pragma once
 
 #include <vector>

@@ -51,7 +51,8 @@ inline std::pair<Vec3d, double> cone_direction(const Vec3d& axis, double sine, d
   return {direction_about(axis, 1 - u * versine, 2 * kPi * v), 2 * kPi * versine};
 }
 
-/// The step of a cumulative sum that u times its total falls into; u becomes uniform within it.
+/// Chooses one of `count` things in proportion to their weights, whose cumulative sums are given. Afterwards u is a
+/// uniform number again, to be used within the chosen thing.
 template <class Sums>
 std::size_t choose(const Sums& sums, std::size_t count, double& u) noexcept {
   const double target = u * static_cast<double>(sums[count - 1]);

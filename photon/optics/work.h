@@ -11,15 +11,15 @@ namespace obscura {
 /// What is counted: per ray, flight, point or photon, never per segment.
 enum class Work {
   extinction,        ///< rays and flights through clouds that attenuate
-  emission,          ///< of these, and of rays through clouds that glow: those whose clouds' emission is added up
+  emission,          ///< rays and flights along which the emission of clouds is added up
   scattering,        ///< points where clouds scatter light into a camera ray
-  map,               ///< questions to a photon map
-  gather,            ///< flights of paths
-  masking,           ///< questions what a ray meets first, or whether anything
+  map,               ///< density estimates asked of a photon map
+  gather,            ///< flights of gathered paths
+  masking,           ///< queries for the first surface in a ray's way, or whether there is one
   surfaces,          ///< places on surfaces that were looked at
   specular,          ///< legs and flights that a mirror has sent on
   sun,               ///< shadow rays towards sun and moon
-  sky,               ///< shadow rays and flights that end in a bright sky, or would without clouds
+  sky,               ///< shadow rays and flights towards a bright sky, whether or not clouds dim them
   faces,             ///< shadow rays towards what objects emit
   spheres,           ///< shadow rays towards hot spheres and particles
   beams,             ///< shadow rays back along beams

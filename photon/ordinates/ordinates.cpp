@@ -23,7 +23,8 @@ void refuse_what_is_not_solved(const World& world) {
 /// Cells thicker than this along every axis are lumped.
 constexpr double kLumpedDepth = 2;
 
-/// Fluence and moments that are linear in a cell have no negative corner: the mean stays.
+/// Where the fluence is negative at a corner of the cell, moves all corners towards the mean until none is. The mean
+/// stays; a negative one becomes 0. Returns whether anything was changed.
 bool flatten(double* moments, std::size_t stride) noexcept {
   double mean = 0, least = kInfinity;
   for (std::size_t c = 0; c < 8; ++c) {
@@ -100,7 +101,7 @@ OrdinatesSolution solve_ordinates(const World& world, int interval, const Ordina
   auto data = std::make_shared<OrdinatesSolution::Data>(world, interval, settings);
   OrdinatesSolver solver(*data, settings);
   solver.solve(progress);
-  // Positive everywhere, for what is sampled between the corners.
+  // No negative corner, so that light interpolated between the corners is not negative either.
   for (std::size_t cell = 0; cell < data->grid.size(); ++cell) {
     data->flattened += flatten(&data->moments[8 * cell * data->moment_count()], data->moment_count());
   }

@@ -1,5 +1,6 @@
 // Discrete ordinates: deterministic light in the clouds at one spectral interval, on a uniform grid. A
-// referee for the photon map and the path tracer, with none of their code. Formulas: METHODS.md.
+// referee for the photon map and the path tracer, with none of their code. Formulas: photon/METHODS.md,
+// "Discrete ordinates".
 #pragma once
 
 #include <array>

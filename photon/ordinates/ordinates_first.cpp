@@ -163,7 +163,8 @@ void add_beam(Data& data, const Beam& beam, std::vector<CellLight>& cells) {
   }
 }
 
-/// Light that is scattered straight on leaves with what is not scattered: the surplus counts as scattered.
+/// Sunlight that delta-M takes for scattered straight on leaves the grid together with the unscattered light. What it
+/// exceeds the truly unscattered light by is counted as leaving scattered light.
 void add_forward_light(Data& data, const Sun& sun, const Vec3d& toward) {
   const OrdinatesGrid& grid = data.grid;
   if (std::all_of(data.forward.begin(), data.forward.end(), [](double share) { return share == 0; })) return;
@@ -199,7 +200,7 @@ void add_forward_light(Data& data, const Sun& sun, const Vec3d& toward) {
   }
 }
 
-/// What it does at surfaces at first hand.
+/// Sunlight that reaches the sides of surfaces without a collision.
 void light_surfaces(Data& data, const Sun& sun) {
   tbb::parallel_for(std::size_t{0}, data.surfaces.sides.size(), [&](std::size_t n) {
     OrdinatesSide& side = data.surfaces.sides[n];

@@ -15,7 +15,8 @@ struct Patch {
   double integral;
 };
 
-/// Patches that are marked or beside one that is; rows of twice as many patches, which close upon themselves.
+/// The marked patches and their neighbours. Patches lie in rows, twice as many columns as rows; a row closes upon
+/// itself.
 std::vector<bool> with_neighbours(const std::vector<bool>& marked, int rows) {
   std::vector<bool> result(marked.size());
   const int columns = 2 * rows;

@@ -89,7 +89,7 @@ class View {
     const double length = end - begin;
     const double seen = passed_ * through_air(begin) * effective_length(extinction + air_, length);
     radiance_ += seen * emission;
-    // What the air before it glows where the cloud hides the air behind.
+    // The air in front of this stretch, in place of the air behind that the cloud hides.
     if (air_ > 0) radiance_ += air_radiance_ * (passed_ * one_minus_exp(extinction * length) - extinction * seen);
   }
 
@@ -229,8 +229,8 @@ class View {
     }
   }
 
-  /// What a surface reflects: sunlight at first hand and what comes from all other directions, by rays; for
-  /// rays of that kind themselves, what the nearest opaque face of the grid reflects.
+  /// Radiance that a surface reflects: sunlight, and what further rays find in all other directions. For these further
+  /// rays (not exact) it is what the nearest opaque face of the grid reflects.
   double reflected(const SurfacePoint& at) const {
     if (!at.reflects()) return 0;
     if (!exact_) {

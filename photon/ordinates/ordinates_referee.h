@@ -1,5 +1,5 @@
 // Discrete ordinates with an estimate of their own error: three solutions, on two grids and with two
-// quadratures. Formulas: METHODS.md, Discrete ordinates.
+// quadratures. Formulas: photon/METHODS.md, "Discrete ordinates".
 #pragma once
 
 #include <vector>

@@ -18,8 +18,8 @@ struct RowJob {
   std::array<double*, 3> face;
 };
 
-/// Where the faces that a cell is entered by are opaque: what arrives is added to the surface, what leaves
-/// the surface enters.
+/// For every opaque face through which light would enter the cell: what arrives there is added to the surface's
+/// irradiance, and what the surface sends off enters the cell in its place.
 void pass_surfaces(const RowJob& job, const Vec3i& cell, const std::array<double*, 3>& faces) noexcept;
 
 }  // namespace obscura::detail

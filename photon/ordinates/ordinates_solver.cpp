@@ -137,7 +137,7 @@ void OrdinatesSolver::apply(const Vector& x, bool sources, Vector& y) {
   }
   sweep(data_.angles, arrays, scratch_);
   for (std::size_t n = 0; n < sides.size(); ++n) {
-    // Isotropic light has to come back as it came: half_flux is the set's pi.
+    // A white surface in isotropic light must send off the radiance that arrives: half_flux is pi as the set sums it.
     double radiance = sides[n].reflectance * irradiance_[n] / data_.set.half_flux(sides[n].axis);
     if (sources) radiance += sides[n].emission + sides[n].reflectance * sides[n].sunlight / kPi;
     y[surfaces_at_ + n] = sides[n].inside ? radiance : 0.0;
@@ -224,7 +224,7 @@ void OrdinatesSolver::iterate(const Progress& progress) {
 }
 
 void OrdinatesSolver::finish() {
-  // One more sweep: currents and what leaves belong to the moments that it makes.
+  // One more sweep, in which currents and leaving light are kept: they fit the moments that it makes.
   const auto degrees = static_cast<std::size_t>(data_.degree) + 1;
   Vector y(size_);
   const OrdinatesGrid& grid = data_.grid;
@@ -274,7 +274,7 @@ void OrdinatesSolver::solve(const Progress& progress) {
   make_diffusion();
   source_.assign(moments_size_, 0.0);
   x_.assign(size_, 0.0);
-  // The sky everywhere is the solution of every furnace.
+  // Start from the sky's radiance everywhere: in a furnace that is the solution.
   const double sky = data_.world->sky(data_.interval);
   for (std::size_t n = 0; n < moments_size_; n += data_.moment_count()) x_[n] = std::sqrt(4 * kPi) * sky;
   std::fill(x_.begin() + static_cast<std::ptrdiff_t>(moments_size_), x_.end(), sky);

@@ -23,12 +23,12 @@ class OrdinatesSolver {
 
   void check_memory();
   void make_sources();
-  /// What enters from surfaces beyond the grid, where there are any.
+  /// Light that enters the grid from surfaces beyond it, where there are any.
   void look_outside();
   void make_diffusion();
-  /// One sweep: what comes of the light x, with or without the World's sources.
+  /// One sweep: y is the light that x makes by scattering and reflection, with or without the World's sources.
   void apply(const Vector& x, bool sources, Vector& y);
-  /// Adds the diffusion of what x still has to do.
+  /// Adds to x what diffusion predicts for the collisions that are still to come.
   void accelerate(Vector& x);
   void iterate(const Progress& progress);
   void finish();

@@ -8,7 +8,7 @@
 namespace obscura {
 namespace {
 
-/// Nothing of a surface lies at the middle of a cell: cells are judged a little beside it.
+/// Rays between the middles of cells start this share of a cell beside them, where a surface hardly ever lies exactly.
 constexpr double kBeside = 1.1e-4;
 
 void refuse_what_is_not_solved(const World& world, int interval) {

@@ -1,5 +1,6 @@
 // One sweep of discrete ordinates: angular fluxes from a given source, cell by cell in the direction of
-// flight, summed into moments. Knows arrays and directions, no World. Formulas: METHODS.md, Discrete ordinates.
+// flight, summed into moments. Knows arrays and directions, no World. Formulas: photon/METHODS.md,
+// "Discrete ordinates".
 #pragma once
 
 #include <array>

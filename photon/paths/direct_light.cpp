@@ -7,8 +7,8 @@ namespace obscura::detail {
 
 namespace {
 
-/// The depth up to which no shadow ray ends by roulette: from there on it goes as far as a free path does, and
-/// counts as much as when it began that.
+/// The depth up to which no shadow ray ends by roulette. Beyond it the ray survives as a free path does; one that
+/// arrives counts exp(-kSureDepth).
 constexpr double kSureDepth = 2;
 
 }  // namespace
@@ -175,7 +175,7 @@ template <bool kAir, bool kCoarse, class Segments>
     double source = local.emission;
     double seen = transmission;
     if constexpr (kAir) {
-      // What the cloud hides of the air behind is as bright as the air in front of it: METHODS.md.
+      // What the cloud hides of the air behind is as bright as the air in front of it: photon/METHODS.md, "Atmosphere".
       radiance += transmission * one_minus_exp(depth) * black;
       source -= local.extinction * black;
       seen *= std::exp(-extinction * walk.begin());

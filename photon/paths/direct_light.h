@@ -13,7 +13,8 @@
 
 namespace obscura::detail {
 
-/// What a drawn direction counts: value over density, 1 where it was the only one.
+/// Weight of a drawn direction: value over density; 1 where the density is infinite, because no other direction was
+/// possible.
 inline double drawn_share(double value, double density) noexcept { return density < kInfinity ? value / density : 1.0; }
 
 /// A point in a cloud, seen along a ray. Directions `toward` are where light comes from.
@@ -154,19 +155,19 @@ struct RandomDiscPlaces {
   }
 };
 
-/// What becomes of a point beside the shadow rays that are sent from it.
+/// How a point gets the light that its shadow rays do not bring.
 enum class Beyond {
-  map,  ///< the map is asked for all other light there
-  path  ///< a path goes on in a direction that the point has drawn: it finds light too, and the balance
-        ///< heuristic (Veach, 1997) divides what both find
+  map,  ///< from the photon map
+  path  ///< by a path that goes on in a direction drawn at the point. The path can meet the sources too: what both
+        ///< find is shared between them by the balance heuristic (Veach, 1997)
 };
 
 /// Shadow rays of many points, to be attenuated together.
 class DirectLight {
  public:
   /// @param work      what is done adds to it
-  /// @param roulette  deep shadow rays end by chance, so that each costs a few free paths at most: for paths,
-  ///                  whose own chances are worse
+  /// @param roulette  deep shadow rays end by chance, so that each costs a few free paths at most: for paths, whose own
+  ///                  noise is larger than what this adds
   DirectLight(const World& world, int interval, const RadianceParts& parts, WorkCounts& work, bool roulette = false);
 
   bool empty(Beyond beyond = Beyond::map) const noexcept {
@@ -206,8 +207,8 @@ class DirectLight {
   }
   bool suns() const noexcept { return suns_; }
 
-  /// Share of what a path brings from the discs of sun and moon, from an emitting face or from a hot sphere,
-  /// where the point before has sent shadow rays with Beyond::path. W/m2/sr.
+  /// Radiance that counts where a path meets the discs of sun and moon, an emitting face or a hot sphere, if the point
+  /// before has sent shadow rays with Beyond::path: the path's share by the balance heuristic, W/m2/sr.
   /// @param density of the path's direction, 1/sr; infinite: nothing else has looked there
   double discs_found(const Vec3d& toward, double density) const noexcept;
   double face_found(const SurfacePoint& there, double t, double density) const noexcept;
@@ -343,8 +344,9 @@ class DirectLight {
 
 /// Light along a ray through clouds and air that are not at its end, W/m2/sr: exact segment by segment.
 /// The clouds' own emission, and the air's, of which the clouds hide what is behind them.
-/// @param coarse null, or what decides about coarse cells; it then knows the clouds' optical depth
-/// @param depth  null, or where to put the clouds' optical depth: what of it is behind no light at all may be left out
+/// @param coarse if not null, decides which cells are taken whole, and knows the clouds' optical depth afterwards
+/// @param depth  if not null, receives the clouds' optical depth; the walk ends where transmission underflows, and
+///               depth behind that is not counted
 double light_along(const World& world, int interval, const Ray& ray, CoarseCells* coarse = nullptr,
                    double* depth = nullptr) noexcept;
 

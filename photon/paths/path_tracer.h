@@ -9,7 +9,7 @@
 namespace obscura {
 
 struct PathSettings {
-  /// Per ray that no light passes; in proportion fewer through thin clouds.
+  /// Paths of a ray whose clouds let nothing through; in proportion fewer through thin clouds.
   int paths = 1;
   /// Mirrors that a camera ray follows; one behind them is taken for Lambertian.
   int specular_depth = 4;

@@ -99,13 +99,13 @@ class Pass {
   }
 
  private:
-  /// Nothing turns light into a ray, or the ray itself: all that there is lies along it.
+  /// True where nothing scatters or reflects light into a ray: all that it brings comes from along itself.
   bool is_straight() const {
     const bool scatters = world_.scatters(interval_) && settings_.scattering_depth.value_or(1) > 0;
     return !scatters && !world_.surfaces_reflect(interval_) && !(narrowest_spot_ < kInfinity);
   }
 
-  /// The same as run() with one leg a ray, and none of what serves more.
+  /// Fast path where nothing scatters or reflects: one loop over the rays, no lists of legs.
   RadianceCounts run_straight() {
     const bool masked = !world_.surfaces().empty();
     const bool emits = settings_.parts.emission && world_.emits(interval_);
@@ -253,7 +253,8 @@ class Pass {
   }
 
   /// Narrowest spot in the clouds, m, that makes a leg worth a walk by coarse cells: where its emission has to be
-  /// followed in any case. Transmission alone is faster by the batched walk through the leaves (octree/METHODS.md).
+  /// followed in any case. Transmission alone is faster by the batched walk through the leaves (octree/MEASURED.md,
+  /// "Coarse cells").
   double narrowest_spot() const {
     if (!settings_.footprint.exists() || !(settings_.footprint_tolerance > 0)) return kInfinity;
     if (!settings_.parts.emission || !world_.emits(interval_) || !(world_.largest_source(interval_) < kInfinity))
@@ -316,7 +317,7 @@ class Pass {
     std::vector<Flight> flights;
     for (std::size_t i = 0; i < legs_.size(); ++i) {
       const Leg& leg = legs_[i];
-      // Of a leg with coarse cells the leaves decide: what they do not hold of this depth, no point is placed in.
+      // With coarse cells this depth is an upper estimate: a target that the leaves do not reach gets no point.
       const double lost = one_minus_exp(leg.most_depth);
       if (!(lost > 0)) continue;
       const int count = std::clamp(static_cast<int>(std::ceil(lost * settings_.points)), 1, kMostPoints);

@@ -16,7 +16,7 @@ class World;
 /// What rays between four neighbouring ones may see.
 struct Spot {
   /// In order around the spot, with unit directions. Either all have one origin, or all have one direction
-  /// and begin in one plane. Mirrored: as if from behind the mirror, t_min where its plane is.
+  /// and begin in one plane. Seen in a mirror: rays from the mirrored eye, t_min where the mirror's plane is.
   std::array<Ray, 4> corners;
   /// Radians by which rays of the spot may lie outside the planes through neighbouring corners (fisheye).
   /// From 1 on the spot is taken to hold all directions.

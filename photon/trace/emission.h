@@ -28,7 +28,7 @@ struct SourceSelection {
 struct EmittedPhoton {
   Vec3d position;
   Vec3d direction;                     ///< unit vector
-  double power = 0;                    ///< W if it were the only photon: the total over the number emitted
+  double power = 0;                    ///< W as if it were the only photon; to be divided by the number emitted
   bool in_direct_set = false;          ///< of a source that the sensor pass integrates directly
   bool from_beyond = false;            ///< of sun, moon or sky, which are given as they arrive at the scene
   FaceId from;                         ///< of an object or hot sphere that it leaves
@@ -38,7 +38,8 @@ struct EmittedPhoton {
 /// The sources of one interval. Immutable and thread-safe.
 class PhotonEmitter {
  public:
-  /// @param around what light from infinity has to pass beside the World, such as rectangles
+  /// @param around extra box that photons of sun and sky must cover besides the World, such as flux rectangles; empty:
+  /// none
   PhotonEmitter(const World& world, int interval, const SourceSelection& selection = {}, const Box3d& around = {});
 
   int interval() const noexcept { return interval_; }
@@ -53,14 +54,14 @@ class PhotonEmitter {
 
   /// Sources that can be given more or fewer photons: a cloud, sun, sky, objects, all spheres, all beams.
   std::size_t group_count() const noexcept { return groups_.size(); }
-  /// The same with no other source.
+  /// An emitter of that group's sources alone.
   PhotonEmitter only(std::size_t group) const;
   /// Makes photons of each group as frequent as its share says; weights make up for it.
   /// @param shares one for each group, > 0
   void set_shares(std::span<const double> shares);
 
-  /// A sphere about the clouds where the World is much larger: light that has left its source otherwise is
-  /// aimed at it.
+  /// A sphere about the clouds, given where the World is much larger than they are: of the light that the first surface
+  /// reflects diffusely, tracing aims half of the photons at it.
   struct Focus {
     Vec3d center;
     double radius;

@@ -25,8 +25,8 @@ struct Light {
   std::uint64_t anomalies = 0;
   bool partial = false;
 
-  /// What photons of another, independent tracing of the World did, beside these: powers are means over all photons,
-  /// counts are sums. Its maps are not taken.
+  /// Adds the tallies of another, independent tracing of the same World: powers become means over the photons of both,
+  /// counts are added. Its maps are not taken over.
   void add_tallies(const Light& other);
 };
 

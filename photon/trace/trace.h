@@ -18,7 +18,7 @@ namespace obscura {
 struct TraceSettings {
   std::uint64_t photons = 1000000;  ///< emitted, per interval
   double photon_power_min = 0;      ///< W; photons below are not stored
-  bool store = true;                ///< else only what becomes of the power is told
+  bool store = true;                ///< false: no photon is kept, only the power is accounted for
   Directions directions = Directions::stratified;
   std::optional<int> scattering_depth;  ///< most scatterings of a history; none: no limit
   std::uint64_t seed = 1;

@@ -1,5 +1,5 @@
-// What the conservative queries of a ray spot know of the surfaces: boxes in hierarchies, and which faces
-// meet at an edge. Made once for a World's surfaces, when it is first asked for.
+// An index of all faces for the conservative queries of a ray spot: a hierarchy of their boxes, and which faces share
+// an edge. Made once for a World's surfaces, when it is first asked for.
 #pragma once
 
 #include <memory>
@@ -26,8 +26,8 @@ struct MeshIndex {
 
   Vec3d middle{0, 0, 0};
   BoxTree tree;  ///< of the faces, about the middle
-  /// Sides are numbered 3 * face + corner where they begin. The next side that lies between the same two
-  /// places, by position and not by the vertices' numbers; itself where it is the only one.
+  /// Side 3 * face + corner begins at that corner of the face. For each side, the next one between the same two places
+  /// (equal positions, however the vertices are numbered); itself where there is no other.
   std::vector<std::uint32_t> next_side;
 };
 

@@ -71,7 +71,8 @@ const std::vector<bool>& TwinFaces::of(const Mesh& mesh) {
   for (std::uint32_t f = 0; f < faces.size(); ++f) faces[f] = {hash_of(sorted_corners(mesh, f)), f};
   tbb::parallel_sort(faces.begin(), faces.end());
   for (std::size_t first = 0, i = 1; i < faces.size(); ++i) {
-    // Of faces with one hash the first is the lowest; other faces than it are as good as impossible there.
+    // Faces of equal hash are compared with the first of them, the lowest; two different faces of one hash are next to
+    // impossible.
     if (faces[i].first != faces[first].first) {
       first = i;
     } else if (sorted_corners(mesh, faces[i].second) == sorted_corners(mesh, faces[first].second)) {

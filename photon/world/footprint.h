@@ -1,5 +1,5 @@
-// How wide a ray's spot is, and how far the ray may go by coarse cells of the clouds for it: METHODS.md,
-// "The footprint".
+// How wide a ray's spot is, and how far the ray may go by coarse cells of the clouds for it. Formulas:
+// photon/METHODS.md, "The footprint".
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace obscura {
 
-/// The spot that a ray stands for; the default is a line, which is walked exactly.
+/// How wide the spot is that a ray stands for; the default is a line, which is walked exactly.
 struct Footprint {
   double width = 0;   ///< m, where the ray begins
   double spread = 0;  ///< m per m of the way
@@ -22,8 +22,8 @@ struct Footprint {
 
 /// What walks with footprints have done.
 struct FootprintCounts {
-  std::uint64_t rays = 0;      ///< walked so, mirrored legs included
-  std::uint64_t segments = 0;  ///< that they went by, coarse cells included
+  std::uint64_t rays = 0;      ///< walked with a footprint, mirrored legs included
+  std::uint64_t segments = 0;  ///< of these rays, coarse cells included
   std::uint64_t coarse = 0;    ///< coarse cells among these
   double voxels = 0;           ///< estimate of the voxels that lie on the rays in coarse cells: from faces crossed
   double error_bound = 0;      ///< largest of all rays: of transmission, and of radiance over the largest source
@@ -38,8 +38,8 @@ struct FootprintCounts {
   }
 };
 
-/// One ray's leave to take cells of the clouds whole while a rigorous bound of what that changes stays below the
-/// tolerance. The walks of all clouds that the ray meets share it.
+/// Decides for one ray which cells of the clouds may be taken whole, by their means: as long as a rigorous bound of
+/// what that changes stays below the tolerance. The walks of all clouds that the ray meets share it.
 class CoarseCells {
  public:
   /// @param tolerance of the transmission, and of the radiance relative to the largest source
@@ -73,13 +73,13 @@ class CoarseCells {
   /// Whether the extinction alone allows it.
   bool allows(double length, double extinction) noexcept { return allows(cost(length, extinction)); }
 
-  /// Told by who walks, segment by segment, in order: its depth, and the transmission up to its end.
+  /// The caller of the walk must report every segment, in order: its depth, and the transmission up to its end.
   void passed(double depth, double transmission) noexcept {
     ++counts_.segments;
     depth_ += depth;
     transmission_ = transmission;
   }
-  /// Told by a walk that goes through a coarse cell.
+  /// Called by a walk that has taken a cell whole.
   void passed_over(double voxels) noexcept {
     ++counts_.coarse;
     counts_.voxels += voxels;

@@ -27,7 +27,7 @@ struct AccuracyGoal {
 struct PilotTrial {
   Recipe recipe;
   double seconds = 0;      ///< of the trial
-  double predicted_s = 0;  ///< to the target, or of the time that is left; 0: out of reach
+  double predicted_s = 0;  ///< time to the target, or use of the time that is left; 0: out of reach
   double predicted_error = 0;
 };
 

@@ -1,4 +1,4 @@
-// Tries ways to an image on some of its tiles, and fits what they cost and err.
+// Tries ways to an image on some of its tiles, and fits models of their time and error.
 #pragma once
 
 #include <vector>

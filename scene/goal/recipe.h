@@ -1,5 +1,5 @@
 // One way to an image: a method with its settings, and what it costs and errs as a function of them. The models
-// behind them are in METHODS.md, Target error.
+// behind them are in scene/METHODS.md, "Target error and time limit".
 #pragma once
 
 #include <cstdint>
@@ -39,11 +39,11 @@ struct RecipeModel {
   double map_s = 0;    ///< of fixed_s, in proportion to the photons
   double fixed_s = 0;  ///< map, rays and what decides about them
   double sample_s = 0;
-  double floor = 0;  ///< rays and photon map; a pass of its own halves it, more samples do not
+  double floor = 0;  ///< of rays and photon map: falls with more passes, not with more samples
   double noise = 0;
   double bias = 0;  ///< squared
   int least_samples = 1;
-  int least_passes = 2;  ///< that know their own error, biases included
+  int least_passes = 2;  ///< fewest that know their own error, bias included
 
   double pass_s(int samples) const noexcept { return fixed_s + sample_s * samples; }
   double pass_square(int samples) const noexcept { return floor + noise / samples; }
@@ -57,11 +57,11 @@ struct PassPlan {
   double error = 0;    ///< expected image error
 };
 
-/// Rays of a uniform pixel: fewer could not tell their own error (film.h). Each has a sample at least.
+/// Rays of a uniform pixel: fewer could not tell their own error (sensor/capture/film.h). Each has a sample at least.
 inline constexpr int kUniformRays = 4;
 
-/// Into so many passes, at least, the samples of an image are divided: one that falls short costs one more, not all
-/// again.
+/// An image's samples are divided into at least so many passes: if the error is still too large, one more pass is
+/// needed, not all again.
 inline constexpr int kFewestPasses = 2;
 /// Passes that know their own error: a photon map's bias is told by two maps.
 inline int least_passes(const Recipe& recipe) {

@@ -36,7 +36,7 @@ struct Plan {
 
 CameraSettings camera_of(const SensorDescription& sensor);
 
-/// The error that a plan may spend where the scene names no target (SCENE.md, "Program").
+/// The error that a plan may spend where the scene names no target (scene/FORMAT.md, "Plan and budget").
 inline constexpr double kDefaultBudget = 1e-3;
 
 /// A pure function of the description, as it was written, what its whole World can do at most, and the image error that

@@ -7,7 +7,7 @@
 namespace obscura::detail {
 namespace {
 
-// Seconds on one core, measured on a 2020s machine of 3 GHz (METHODS.md says how).
+// Seconds on one core, measured on a 2020s machine of 3 GHz (figures: scene/MEASURED.md, "The plan's work model").
 constexpr double kRay = 1.0e-6;        // a camera ray, with its share of the film
 constexpr double kMeet = 0.8e-6;       // a surface found or missed
 constexpr double kStep = 4e-9;         // a segment of the batched walk

@@ -6,7 +6,7 @@
 
 namespace obscura::detail {
 
-/// Seconds of one core of an ordinary machine. Formulas: METHODS.md, "Plan".
+/// Seconds of one core of an ordinary machine. Formulas: scene/METHODS.md, "Plan".
 struct Costs {
   std::array<double, 12> effects{};  ///< of each of effect_names() by the method in use, were it on
   double photon_s = 0;               ///< the whole image by photons, with the scene's settings

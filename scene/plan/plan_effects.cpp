@@ -27,7 +27,7 @@ enum Effect {
   masking
 };
 
-/// An image error, as the metric divides: nothing is 0, even of a black picture.
+/// A radiance as an image error; 0 stays 0, even where the picture is black.
 double over(double radiance, double scale) { return radiance > 0 ? (scale > 0 ? radiance / scale : kInfinity) : 0.0; }
 
 std::string list_of(const std::vector<std::string>& names) {
@@ -73,7 +73,8 @@ class Decider {
     return std::any_of(limits_.begin(), limits_.end(), test);
   }
 
-  /// Clouds beside the picture, where nothing that is seen could bring their light or their shadows to it.
+  /// Leaves out clouds beside the picture where nothing in sight scatters or reflects: neither their light nor their
+  /// shadow can reach it then.
   void leave_out_clouds() {
     if (!only_image_) return;
     for (const Effect effect : {absorption, emission, single_scattering, multiple_scattering}) {
@@ -319,7 +320,7 @@ class Decider {
     bool fits = true;
     for (const Effect effect : candidates) {
       const double bound = bound_of(effect);
-      // Nothing is left out where more than the picture is measured, but what is nothing.
+      // With probes or rectangles only effects of bound 0 are dropped: bounds speak of the image.
       fits = fits && (only_image_ || bound == 0) && sum + bound <= most_;
       if (!fits) {
         row(effect).reason +=

@@ -6,7 +6,7 @@
 
 namespace obscura {
 
-/// One effect of the plan (DESIGN.md 5): whether it runs, why, and the bound behind the decision.
+/// One effect of the plan (scene/METHODS.md, "Plan"): whether it runs, why, and the bound behind the decision.
 struct PlanRow {
   std::string effect;
   bool on = false;
@@ -15,7 +15,7 @@ struct PlanRow {
   std::optional<double> cost_s = std::nullopt;  ///< predicted seconds of one core; none: not known, or not on its own
 };
 
-/// How the accuracy is spent, as image errors (DESIGN.md 9).
+/// How the accuracy is spent, as image errors (sensor/METHODS.md, "Comparing images").
 struct BudgetReport {
   double total = 1e-3;    ///< what the user allows
   double dropped = 0;     ///< sum of the bounds of effects that are off though present

@@ -128,7 +128,7 @@ struct Report {
   bool partial = false;
 };
 
-/// JSON as SCENE.md says, numbers in full precision; what is not finite is null.
+/// JSON as scene/FORMAT.md, "Report", says, numbers in full precision; what is not finite is null.
 std::string to_json(const Report& report);
 
 /// {"plan": [...]}

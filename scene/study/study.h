@@ -104,7 +104,7 @@ struct Study {
   std::vector<std::string> left_out;  ///< sentences
   std::vector<StudyTarget> targets;
   std::vector<StudySlope> slopes;
-  std::vector<int> front;  ///< runs than which none is both cheaper (full picture) and more accurate
+  std::vector<int> front;  ///< Pareto front: no other run is both cheaper (full picture) and more accurate
   std::vector<std::string> warnings;
   bool partial = false;  ///< stopped by the user
 
@@ -124,9 +124,10 @@ Study run_study(StudyBench& bench, const StudySettings& settings, const Progress
 /// What follows from the runs: errors against the reference, targets, slopes, the front.
 void evaluate(Study& study);
 
-/// What one setting costs and gives, in a few words: "path tracer, 64 samples".
+/// A setting in a few words: "path tracer, 64 samples".
 std::string study_label(const StudySetting& setting);
-/// Beside which reference a run is, as JSON pointers and values.
+/// The study for people on a terminal; the settings to use, as a table in Markdown; all runs for spreadsheets and for
+/// programs, which tell each run's setting as JSON pointers and values.
 std::string study_table(const Study& study);
 std::string study_markdown(const Study& study);
 std::string study_csv(const Study& study);

@@ -34,8 +34,8 @@ class StudyBench {
                                            const Progress& progress) = 0;
 };
 
-/// The real one: Sessions of a scene whose picture was made smaller. Worlds are kept as far as memory is not their
-/// main cost, maps until another is asked for.
+/// The real one: Sessions of a scene whose picture was made smaller. The last few Worlds are kept while their octrees
+/// are small; a photon map is kept until another is asked for.
 class SessionBench final : public StudyBench {
  public:
   /// Builds the scene's own World. @throws as build_world()

@@ -13,7 +13,7 @@ struct Cuts {
   bool emission = false;
   bool surfaces = false;  ///< objects
   bool spheres = false;   ///< hot spheres and particles
-  bool specular = false;  ///< what mirrors reflect is reflected by chalk
+  bool specular = false;  ///< mirrors are taken for Lambertian
   bool sun = false, moon = false;
   bool sky = false;
   bool atmosphere = false;

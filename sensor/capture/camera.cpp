@@ -116,7 +116,7 @@ std::optional<Spot> Camera::spot(double px0, double py0, double px1, double py1)
   // A straight line of the image, followed at one radian per radian, is a curve on the sphere of
   // directions whose covariant acceleration is at most 2/3 of its angle from the axis and at most 0.66;
   // so it leaves the great circle between its ends by no more than that times (1 / cos(length/2) - 1)
-  // (sensor/METHODS.md, "Fisheye").
+  // (sensor/METHODS.md, "Cameras").
   const double width = std::abs(px1 - px0) * scale_, height = std::abs(py1 - py0) * scale_;
   const double x = std::max(std::abs(px0 - 0.5 * columns()), std::abs(px1 - 0.5 * columns())) * scale_;
   const double y = std::max(std::abs(py0 - 0.5 * rows()), std::abs(py1 - 0.5 * rows())) * scale_;

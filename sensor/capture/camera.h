@@ -10,7 +10,7 @@
 
 namespace obscura {
 
-struct Spot;  // photon/spot.h
+struct Spot;  // photon/spot/spot.h
 
 enum class Projection { perspective, orthographic, fisheye };
 
@@ -49,8 +49,8 @@ class Camera {
   /// radian, the spot holds all directions. Nothing where no corner has a ray.
   std::optional<Spot> spot(double px0, double py0, double px1, double py1) const noexcept;
 
-  /// The spot of rays that stand for a share, (0, 1], of a pixel each: a square, and no wider than the narrowest
-  /// pixel's.
+  /// The footprint of rays that each stand for the share, (0, 1], of a pixel: that of a square no wider than the
+  /// narrowest pixel's.
   Footprint footprint(double pixel_share) const noexcept;
 
   int columns() const noexcept { return settings_.resolution[0]; }

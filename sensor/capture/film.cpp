@@ -108,7 +108,7 @@ PixelBand PixelSum::band(int index) const noexcept {
   // Rays are stratified and successive ones are neighbours: a slope of the picture is no noise, and second
   // differences do not see it (of independent values they have six times the variance).
   // Rays scatter by what they see and by the map's noise that they do not share; the latter is in
-  // the batches already and comes off (METHODS.md).
+  // the batches already and comes off (sensor/METHODS.md, "The error of a pixel").
   if (rays_ == 1) result.ray_variance = std::max(0.0, sums.variance / weight_ - batch_variance) + sums.spread;
   if (rays_ > 1) {
     const double share2 = weight2_ / (weight_ * weight_);  // 1/n where all weigh the same

@@ -21,7 +21,7 @@ struct FilmSettings {
 /// The developed values of one pixel in one band.
 struct PixelBand {
   double radiance = 0;
-  /// Standard error of `radiance`, squared: batches and rays (METHODS.md).
+  /// Standard error of `radiance`, squared: batches and rays (sensor/METHODS.md, "The error of a pixel").
   double variance = 0;
   /// The share of `variance` that is the pixel's own: its rays, not the map that pixels share.
   double ray_variance = 0;
@@ -41,8 +41,8 @@ class PixelSum {
   /// A ray with a value that is not finite (depth may be infinite) is left out and counted.
   /// @param weight the share of the pixel that the ray stands for, above 0; only ratios matter
   void add(const RaySample& ray, double weight = 1) noexcept;
-  /// How far one ray's radiance strays from the pixel's mean, squared, as others know: it counts where the
-  /// pixel has one ray, which cannot tell itself.
+  /// Expected squared distance of one ray's radiance from the pixel's mean, as its corners tell. It counts only where
+  /// the pixel has one ray, which has no scatter of its own.
   void set_spread(int band, double variance) noexcept { bands_[static_cast<std::size_t>(band)].spread = variance; }
 
   /// Rays that count.
@@ -95,7 +95,7 @@ class FilmTile {
   int y_begin() const noexcept { return y_; }
   int y_end() const noexcept { return y_ + rows_; }
 
-  /// Sets a pixel that is done. Row by row from the top left: the sums have this order.
+  /// Sets a pixel that is done. Call it row by row from the top left, since sums are made in this order.
   /// @param object_id 1-based, at the pixel's centre; 0 none.
   /// @param criterion that has asked for most of the pixel's rays
   void put(int x, int y, const PixelSum& pixel, std::uint32_t object_id, Criterion criterion = Criterion::none);
@@ -136,13 +136,14 @@ class Film {
   std::array<int, 4> tile_box(int index) const noexcept;
   /// An empty tile to work on; any thread.
   FilmTile tile(int index) const;
-  /// Puts a tile back that has all its pixels (else InvalidArgument is asserted). Different tiles may
-  /// be put by different threads at once; a tile that is never put stays undone.
+  /// Puts a tile back. @pre it has all its pixels. Different tiles may be put by different threads at once; a tile that
+  /// is never put stays undone.
   void put(FilmTile&& tile);
 
   /// Replaces error (in squares) and bias of each pixel by the weighted mean over it and its neighbours: a pixel's own
   /// few rays are skewed, and those that miss what is bright claim too small an error with too small a mean
-  /// (METHODS.md). Pixels that see no cloud neither give nor take. Once, when all tiles are there.
+  /// (sensor/METHODS.md, "The error of a pixel"). Pixels that see no cloud neither give nor take. Call it once, when
+  /// all tiles are there.
   void pool_errors();
 
   /// Adds an independent pass over the same image (its own seed, its own map): means are weighted by

@@ -52,8 +52,9 @@ class CornerRays {
   bool shadows_;
 };
 
-/// What the corners of a part say of the slope of its radiance, from -1/2 to 1/2 across and down; its mean is 0. Rays
-/// are averaged without it: whatever the corners have met, that leaves the mean alone.
+/// The slope of a part's radiance as its corners tell it, a function of the place in the part (-1/2 to 1/2 across and
+/// down) whose mean is 0. It is taken off each ray before averaging: that lowers the noise and, whatever the corners
+/// have met, leaves the mean alone.
 struct Ramp {
   double across = 0, down = 0, twist = 0;
   double strength = 0;  ///< share of the corners' slope that is trusted, [0, 1]
@@ -83,8 +84,8 @@ class Refiner {
   /// Columns, rows as the tile's. Thread-safe.
   TileStrata split(const FilmTile& tile) const;
 
-  /// How far one ray may stray from its pixel's mean, squared: what the corners say about the slope of the picture and
-  /// the ramp leaves, and what neither they nor the known noise explain of the ray.
+  /// Expected squared distance of a lone ray from its pixel's mean: the part of the picture's slope that the ramp
+  /// leaves, and what neither the corners nor known noise explain of the ray's radiance.
   /// @param px, py place of the ray on the image; radiance without the ramp; variance as the ray knows it
   double spread(int x, int y, int band, double px, double py, double radiance, double variance,
                 const Ramp& ramp) const noexcept;
@@ -104,9 +105,9 @@ class Refiner {
   bool wanted(int x, int y) const noexcept {
     return wanted_[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_ + 1) + static_cast<std::size_t>(x)];
   }
-  /// A corner's few paths know their noise badly: neighbours lend it to one another.
+  /// Averages the noise of corners over neighbours: the few paths of one corner tell it badly.
   void pool_noise();
-  /// Whether what rays tell can split a part of this level.
+  /// Whether corner rays can ask to split a part of this level.
   bool rays_decide(int level) const noexcept;
   Criterion by_rays(const Corners& corners, int level) const noexcept;
   Ramp ramp(const Corners& corners, int band) const noexcept;
@@ -115,7 +116,7 @@ class Refiner {
            (static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_ + 1) + static_cast<std::size_t>(x)) *
                corners_.stride();
   }
-  /// What rays at the corners of parts tell: asks where nothing has asked, and ramps of the parts.
+  /// Sends rays to the corners of parts where the geometry has not asked: sets what they ask for, and the parts' ramps.
   void decide_by_rays(std::span<const Cell> cells, int level, const FilmTile& tile, std::vector<Criterion>& asks,
                       std::vector<Ramp>& ramps, TileStrata& result) const;
   Corners corners_of(int x, int y) const noexcept {

@@ -7,11 +7,11 @@
 namespace obscura {
 namespace {
 
-/// What the batched walk, whose arithmetic is float, leaves open.
+/// Relative rounding error of the batched walk, whose arithmetic is float.
 constexpr double kRounding = 1e-5;
 /// Relative difference below which pixels without error are the same.
 constexpr double kSame = 1e-4;
-/// Quantile of the normal law that 99.9 % lie below.
+/// 99.9 % of normal numbers lie below this.
 constexpr double kPower = 3.0902;
 
 }  // namespace
@@ -72,7 +72,7 @@ PixelAgreement pixel_agreement(const PixelView& a, const PixelView& b, double sl
     const double rounding = kRounding * std::max(std::abs(va), std::abs(vb));
     const double error = std::hypot(static_cast<double>(a.error[i]), static_cast<double>(b.error[i]));
     const double left = std::max(0.0, std::abs(difference) - bias(a, i) - bias(b, i) - rounding);
-    // What rounding hides has no error to be measured by; few rays may all have missed what is rare.
+    // Errors below rounding measure nothing: these pixels have to be equal.
     if (error <= rounding) {
       equal = equal && left <= error + kSame * floor;
       continue;
@@ -89,7 +89,7 @@ PixelAgreement pixel_agreement(const PixelView& a, const PixelView& b, double sl
     result.z = std::sqrt(z2 / count);
     result.rms_z = std::sqrt(left2 / count);
     result.inside = static_cast<double>(inside) / count;
-    // Few pixels scatter: five standard deviations of the RMS of as many normal numbers.
+    // The RMS of few normal numbers scatters: five of its standard deviations are allowed.
     const double scatter = slack + 5 / std::sqrt(2 * count);
     result.low = std::max(0.0, 1 - scatter);
     result.high = 1 + scatter;

@@ -28,7 +28,7 @@ struct Agreement {
   double difference = 0;  ///< a - b
   double error = 0;       ///< joint standard error
   double z = 0;           ///< difference / error; infinite where only the error is 0
-  double limit = 0;       ///< most |z| of what the biases leave of the difference
+  double limit = 0;       ///< most |z| that is allowed to what the biases leave of the difference
   double relative = 0;    ///< difference / larger of the values
   double detectable = 0;  ///< relative difference that is seen in 99.9 % of cases
   bool agree = true;
@@ -49,13 +49,14 @@ struct PixelAgreement {
   double z = 0;              ///< RMS of differences in units of the joint errors
   double inside = 1;         ///< share of pixels whose differences lie within 1.96 joint errors and the biases
   double image_error = 0;    ///< RMS of (a - b) / max(|b|, 0.05 max |b|)
-  double low = 0, high = 0;  ///< honest bounds of z and of rms_z
+  double low = 0, high = 0;  ///< bounds of z and rms_z for right errors
   std::size_t pixels = 0;    ///< that have an error
   bool agree = true;
 };
 
 /// Pixels where both errors are 0 have to be equal to 1e-4. Errors of pixels are estimates from few rays or batches,
-/// and neighbours share photons: `slack` is how far from 1 that may carry an honest RMS (METHODS.md).
+/// and neighbours share photons: `slack` is how far from 1 that may carry an honest RMS
+/// (scene/METHODS.md, "Verify").
 PixelAgreement pixel_agreement(const PixelView& a, const PixelView& b, double slack = 0.3);
 
 }  // namespace obscura

@@ -8,9 +8,9 @@
 namespace obscura {
 namespace {
 
-/// Dark pixels count against this share of the brightest, as the image error has it.
+/// Errors of dark pixels are relative to this share of the brightest radiance, as in the image error.
 constexpr double kFloor = 0.05;
-/// A pixel's radiance is taken over as many neighbours as it needs to be known to this.
+/// A pixel's radiance is averaged over more and more neighbours until its relative error is below this.
 constexpr double kKnown = 0.1;
 
 /// Sums of radiance and squared error over rectangles of a tile's pixels.
@@ -58,7 +58,7 @@ class TileSums {
   std::vector<Sums> sums_;
 };
 
-/// What differences of each pixel are divided by, of those that are done.
+/// What the error of each pixel is divided by; only pixels that are done have an entry above 0.
 std::vector<double> scales(const Film& film, int band) {
   std::vector<double> result(film.values(band, Film::Value::radiance).size());
   double brightest = 0, fallback = 0;
@@ -71,7 +71,7 @@ std::vector<double> scales(const Film& film, int band) {
         TileSums::Mean mean = sums.mean(x, y, 0);
         for (int reach = 1; mean.error > kKnown * mean.radiance && reach < Film::kTileSide; reach *= 2)
           mean = sums.mean(x, y, reach);
-        // The brightest of many noisy pixels is brighter than the brightest.
+        // The largest of many noisy values exceeds the true maximum: two standard errors come off.
         brightest = std::max(brightest, mean.radiance - 2 * mean.error);
         fallback = std::max(fallback, mean.radiance);
         result[static_cast<std::size_t>(box[1] + y) * static_cast<std::size_t>(film.columns()) +
@@ -112,7 +112,7 @@ FilmError film_error(const Film& film, int band) {
     const int count = width * height;
     pixels += static_cast<std::uint64_t>(count);
     sum += own;
-    // Pixels that err together: by how much the tile's mean errs more than independent ones would let it.
+    // How many pixels err together: the square of the mean's error over what it would be for independent pixels.
     const double of_mean = film.mean_of_tile(t, band).standard_error;
     const double together =
         variance > 0 ? std::clamp(of_mean * of_mean * count * count / variance, 1.0, static_cast<double>(count)) : 1.0;

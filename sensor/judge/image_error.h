@@ -1,5 +1,5 @@
 // What a film knows of its own image error: RMS over pixels of (L - L_true) / max(|L_true|, 0.05 max |L_true|),
-// from the pixels' standard errors. Formulas: METHODS.md.
+// from the pixels' standard errors. Formulas: sensor/METHODS.md, "What a film knows of its image error".
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,8 @@ namespace obscura {
 /// Of one band.
 struct FilmError {
   double square = 0;  ///< expected square of the image error, biases apart
-  /// Independent squares that `square` is worth: pixels that share photons, or a few that err most, count less. 0: no
-  /// pixel has an error.
+  /// Degrees of freedom of `square`: as many independent equal squares would be as uncertain. Pixels that share photons
+  /// count less, and so do many small errors beside a few large ones. 0: no pixel has an error.
   double freedom = 0;
   /// Mean of the estimated bias, in units of the image error, of each block of kBlock x kBlock pixels that are done.
   std::vector<double> bias;

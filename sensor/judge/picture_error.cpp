@@ -7,12 +7,13 @@
 namespace obscura {
 namespace {
 
-/// Tiles that a picture is cut into for the jackknife, about.
+/// About so many tiles does the jackknife cut a picture into.
 constexpr double kTiles = 48;
-/// Of the largest radiance, below which pixels do not count by their own (DESIGN.md 9).
+/// Errors of pixels darker than this share of the largest radiance are relative to that share (sensor/METHODS.md,
+/// "Comparing images").
 constexpr double kFloor = 0.05;
 
-/// Weights that make squares of differences squares of image errors.
+/// Weights of the pixels: the mean of weight times squared difference is the square of the image error.
 std::vector<double> weights_of(const std::vector<float>& reference) {
   double largest = 0;
   for (const float value : reference) largest = std::max(largest, std::abs(static_cast<double>(value)));

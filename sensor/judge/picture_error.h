@@ -1,5 +1,5 @@
 // The image error of a way to make a picture, bias and noise apart, against a reference whose own error is known
-// and taken off. Formulas: METHODS.md, Error against a reference.
+// and taken off. Formulas: sensor/METHODS.md, "Error against a reference".
 #pragma once
 
 #include <span>
@@ -51,7 +51,7 @@ struct RootError {
   double error() const noexcept;  ///< half of how far the root of square +- error reaches
 };
 
-/// Image errors as fractions, DESIGN.md 9, of the band where the error is largest.
+/// Image errors as fractions (sensor/METHODS.md, "Comparing images"), of the band where the error is largest.
 struct PictureError {
   std::size_t band = 0;
   RootError error;  ///< of one picture

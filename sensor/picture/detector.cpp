@@ -55,7 +55,7 @@ std::vector<double> spread_by(const DetectorSettings& settings, std::vector<doub
   return values;
 }
 
-// The radiance after the optics. Where pixels are missing, the others have their weight.
+// The radiance after the optics. Pixels that were never done lend no light: their weight goes to the others.
 std::vector<double> arriving(const Image& image, const std::string& channel, const std::vector<bool>& done,
                              const DetectorSettings& settings) {
   const auto sharp = image.channel(channel);

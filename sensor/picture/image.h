@@ -65,7 +65,7 @@ struct ImageOrigin {
   bool has_criterion = false;
 };
 
-/// The film as an image, its channels as SCENE.md's "Image" lists them: per band radiance, error,
+/// The film as an image, its channels as scene/FORMAT.md, "Image", lists them: per band radiance, error,
 /// bias, transmission, transmission_atmosphere, temperature (not for grey); then depth.Z, object.id,
 /// rays.N, rays.criterion (a number of Criterion; metadata names them). @pre as many bands as the film has
 Image develop(const Film& film, std::span<const Band> bands, const ImageOrigin& origin);

@@ -16,10 +16,10 @@ namespace {
 
 constexpr double kMiss = 0.05;  // share of cases that an interval may miss
 
-// Whatever is computed from replicas, without one of them (-1: from all).
+// A number computed from all replicas but one (-1: from all); nothing where it has no meaning.
 using Value = std::function<std::optional<double>(int left_out)>;
 
-/// Student's interval about the value from all, its error by the jackknife (METHODS.md).
+/// Student's interval about the value from all replicas, with the jackknife's error (sensor/METHODS.md, "Obscuration").
 std::optional<Confident> confident(int replicas, const Value& value, double least = -kInfinity,
                                    double most = kInfinity) {
   const std::optional<double> all = value(-1);
@@ -34,7 +34,7 @@ std::optional<Confident> confident(int replicas, const Value& value, double leas
   return Confident{*all, std::clamp(*all - half, least, most), std::clamp(*all + half, least, most)};
 }
 
-/// Of numbers that every replica has.
+/// The interval of a mean over replicas, each of which has one number.
 std::optional<Confident> confident_mean(const std::vector<double>& numbers, double least, double most) {
   const double sum = pairwise_sum(numbers);
   const auto count = static_cast<double>(numbers.size());
@@ -46,7 +46,8 @@ std::optional<Confident> confident_mean(const std::vector<double>& numbers, doub
       least, most);
 }
 
-/// A share of `lines` that no replica has seen otherwise than 0 or 1: what 95 of 100 cases still leave room for.
+/// Where a share of the lines is 0 (or 1) in all replicas, their scatter is 0: the interval then reaches to the share
+/// that so many lines would have missed in 5 of 100 cases.
 void open_ends(std::optional<Confident>& share, double lines) {
   if (!share || share->high > share->low || !(lines > 0)) return;
   const double room = 1 - std::pow(kMiss, 1 / lines);
@@ -95,7 +96,7 @@ class Looks {
     return *d / *s;
   }
 
-  /// Of the difference, as the map estimates it of itself.
+  /// Bias of the difference, as the photon map estimates its own.
   double difference_bias() const {
     double object = 0, object_lines = 0, around = 0, around_lines = 0;
     for (std::size_t r = 0; r < looks_.size(); ++r) {
@@ -125,7 +126,7 @@ class Looks {
     return inside / all;
   }
 
-  /// Of a pixel's mean over all replicas, RMS weighted with the area.
+  /// Standard error of a pixel's mean over all replicas: RMS over the object's pixels, weighted with their area.
   double pixel_error() const {
     double sum = 0, all = 0;
     for (std::size_t p = 0; p < pixels(); ++p) {
@@ -210,7 +211,8 @@ SightContrast contrast_of(const Band& band, const Looks& looks, const Obscuratio
   return c;
 }
 
-/// With over without, where without is sure to be something, beyond the rounding of numbers as large as `scale`.
+/// The value with the cloud over that without it; nothing where the interval of the latter holds 0, or where it is only
+/// rounding of numbers as large as `scale`.
 std::optional<Confident> ratio(int replicas, const std::optional<Confident>& without, double scale, const Value& above,
                                const Value& below) {
   if (!without || (without->low <= 0 && without->high >= 0) || std::abs(without->value) <= 1e-6 * scale)
@@ -235,7 +237,7 @@ void add_transmission(std::span<const SightReplica> replicas, const ObscurationS
     std::ranges::sort(ordered);
     const auto count = static_cast<double>(ordered.size());
     means.push_back(std::accumulate(ordered.begin(), ordered.end(), 0.0) / count);
-    // The channel is float: a line on the threshold is below it.
+    // Transmissions are floats, so the threshold becomes one too: a line exactly on it counts as obscured.
     const auto limit = static_cast<float>(settings.transmission);
     obscured.push_back(static_cast<double>(std::ranges::upper_bound(ordered, limit) - ordered.begin()) / count);
     for (std::size_t p = 0; p < places.size(); ++p) places[p].push_back(percentile(ordered, settings.percentiles[p]));

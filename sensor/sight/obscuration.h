@@ -39,7 +39,7 @@ struct ObjectMask {
 
 /// Surroundings: pixels without any of the object, at most `width` columns and rows away from one that has some.
 /// @param width 0: half the side of a square of the object's area, at least 2 (a window of twice the target's
-/// size; METHODS.md)
+/// size; sensor/METHODS.md, "Obscuration")
 ObjectMask mask_of(int columns, int rows, std::vector<float> share, int width = 0);
 
 /// What lines of sight have found in one band, of equal solid angle each.

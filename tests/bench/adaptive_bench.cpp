@@ -1,6 +1,6 @@
 // Adaptive sampling against uniform sampling on three scenes that are made here: a vehicle at 2 km over terrain,
 // mirrors with facets, smoke before a wire fence. What does not reflect like a mirror is black: every ray is exact, and
-// the picture alone is sampled. Every row is printed, won or lost; sensor/METHODS.md says what the columns are.
+// the picture alone is sampled. Every row is printed, won or lost; sensor/MEASURED.md says what the columns are.
 //
 //   adaptive_bench [--columns 128] [--seeds 8] [--passes 3] [--only vehicle|mirrors|fence] [--pictures FOLDER]
 #include <fmt/format.h>

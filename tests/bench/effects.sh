@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds tests/bench/effects_bench, counts its instructions with callgrind (installed where it is missing) and prints
-# the table of photon/METHODS.md, "What is off costs nothing". Arguments pick cases: bash tests/bench/effects.sh b2
+# the table of photon/MEASURED.md, "What is off costs nothing". Arguments pick cases: bash tests/bench/effects.sh b2
 source "$(dirname "${BASH_SOURCE[0]}")/../../.cmake/setup.sh"
 configure_project bench
 command -v valgrind > /dev/null || $([ "$(id -u)" -eq 0 ] || echo sudo) apt-get install -y -qq valgrind > /dev/null

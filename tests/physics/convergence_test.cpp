@@ -1,4 +1,4 @@
-// Errors fall with what they cost as theory says: photon/METHODS.md, "How errors fall". Each judgement has a wrong
+// Errors fall with what they cost as theory says: photon/MEASURED.md, "How errors fall". Each judgement has a wrong
 // input beside it that it refuses. build/convergence_bench prints the slopes with more repetitions.
 #include "tests/support/convergence.h"
 

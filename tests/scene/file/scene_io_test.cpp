@@ -166,7 +166,7 @@ TEST_CASE("what a scene says arrives in the description", "[scene][reader]") {
   CHECK(other.atmosphere->radiance == Spectrum::constant(2));
   CHECK_FALSE(other.atmosphere->K);
   CHECK(other.sun->diameter_deg == 0.533);
-  // SCENE.md: (sin z sin a, sin z cos a, cos z) at z = 30, a = 135 degrees.
+  // scene/FORMAT.md: (sin z sin a, sin z cos a, cos z) at z = 30, a = 135 degrees.
   CHECK((other.sun->toward - Vec3d(0.353553, -0.353553, 0.866025)).length() < 1e-6);
   const DetectorSettings& detector = scene.sensor.detector;
   CHECK(detector.psf.columns == 3);

@@ -396,7 +396,7 @@ TEST_CASE("the jeep and the milk truck of the shared data are whole", "[scene][m
     CHECK(file.mesh.faces.size() == 2032);
     CHECK(file.slot_names.size() == 7);
   }
-  // glTF 1.0; size from the data's SOURCE.md.
+  // glTF 1.0; the size is what its publisher states.
   if (const auto truck = test::shared_file("data/meshes/cesium_milk_truck/CesiumMilkTruck.gltf"); !truck.empty()) {
     const MeshFile file = read_mesh(truck);
     Box3d box;

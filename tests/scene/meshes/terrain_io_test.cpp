@@ -128,7 +128,7 @@ TEST_CASE("Mount St. Helens stands where its map says", "[scene][terrain][shared
     low = std::min(low, vertex.z);
     high = std::max(high, vertex.z);
   }
-  // The data's SOURCE.md: 327 x 468 posts, 682 .. 2543 m, 2.7 % without data.
+  // What its publisher states: 327 x 468 posts, 682 .. 2543 m, 2.7 % without data.
   CHECK(file.vertex_count == 327 * 468);
   CHECK(low == 682);
   CHECK(high == 2543);

@@ -232,7 +232,7 @@ TEST_CASE("clouds out of every ray's way are left out, unless others bring their
 
 namespace {
 
-/// The image error (DESIGN.md 9) between two renderings of a scene.
+/// The image error (sensor/METHODS.md, "Comparing images") between two renderings of a scene.
 double image_error(const std::span<const float>& image, const std::span<const float>& reference) {
   double brightest = 0, sum = 0;
   for (const float value : reference) brightest = std::max(brightest, static_cast<double>(std::abs(value)));

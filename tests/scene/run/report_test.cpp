@@ -33,7 +33,7 @@ Report example() {
 
 }  // namespace
 
-TEST_CASE("the report holds what SCENE.md lists", "[scene][report]") {
+TEST_CASE("the report holds what scene/FORMAT.md lists", "[scene][report]") {
   const auto json = nlohmann::json::parse(to_json(example()));
   CHECK(json["plan"][1]["bound"] == 1e-4);
   CHECK(json["plan"][0]["effect"] == "sun");
