@@ -58,6 +58,14 @@ struct BatchMean {
   double standard_error = std::numeric_limits<double>::infinity();
 };
 
+/// A number as a method has measured it.
+struct Measured {
+  double value = 0;
+  double error = 0;                                          ///< standard error
+  double freedom = std::numeric_limits<double>::infinity();  ///< degrees of freedom of the error
+  double bias = 0;  ///< about one standard deviation of what is wrong and not random, >= 0
+};
+
 /// No batch: mean 0; fewer than two: infinite error.
 BatchMean batch_mean(std::span<const double> batches) noexcept;
 

@@ -250,6 +250,11 @@ IntervalLimits MediaSummary::limits(int interval, const std::vector<bool>& kept)
 
 MediaSummary summarize(const World& world, const CameraView& view) {
   MediaSummary summary;
+  for (const MethodType* type : methods()) {
+    Method method;
+    method.type = type;
+    if (unfit(world, method)) summary.unfit.push_back(type);
+  }
   summary.periodic = world.periodic();
   for (int c = 0; c < world.cloud_count(); ++c) {
     const Cloud& cloud = world.clouds()[static_cast<std::size_t>(c)];

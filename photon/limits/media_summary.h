@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "octree/base/error_scale.h"
+#include "photon/methods/method.h"
 #include "photon/world/world.h"
 
 namespace obscura {
@@ -17,7 +19,7 @@ struct ViewSide {
   Vec3d inward;  ///< unit vector
 };
 
-/// What a camera sees, without its pixels.
+/// What a camera sees, as a sample of its rays and the space that holds them all.
 struct CameraView {
   /// A sample of its rays, in groups of `together` that lie in one pixel.
   std::vector<Ray> rays;
@@ -89,7 +91,7 @@ struct BandScale {
   double brightest = 0;
   /// The least that an image error is relative to (sensor/METHODS.md, "Comparing images"): max(|L|, 0.05 max L) is no
   /// less anywhere.
-  double least() const noexcept { return std::max(floor, 0.05 * brightest); }
+  double least() const noexcept { return error_scale(floor, brightest); }
 };
 
 struct MediaSummary {
@@ -99,6 +101,7 @@ struct MediaSummary {
   /// Largest distance between any two of the view's origins, clouds, objects and spheres; infinite in a periodic World.
   double reach_m = 0;
   bool periodic = false;
+  std::vector<const MethodType*> unfit;  ///< methods that cannot serve the World
   /// Of sun and moon, those that there are: an opaque rectangle keeps all its light from everything; a camera ray may
   /// see its disc.
   std::vector<bool> shaded, disc_in_view;

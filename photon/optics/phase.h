@@ -1,7 +1,7 @@
 // Phase functions: where a scattered photon goes. A value type for kernels: no virtual, no
-// allocation after it is made, cheap to copy. Formulas: METHODS.md, Phase functions.
+// allocation after it is made, cheap to copy. Formulas: photon/METHODS.md, "Phase functions".
 // To add one: a struct with the members of PhaseModel in a header of its own, its name in the list of
-// PhaseFunction::Any, its words in the scene's keys (scene/file/scene_keys.h).
+// PhaseFunction::Any, its words in the scene's keys (scene/file/scene_keys_clouds.h).
 #pragma once
 
 #include <concepts>
@@ -67,8 +67,9 @@ class PhaseFunction {
     return PhaseFunction(TablePhase(angles_deg, values, norm_change));
   }
 
-  /// The same light scattered into somewhat other directions: convolved with as wide a Henyey-Greenstein lobe as
-  /// leaves no value above peak / (4 pi). Moments l are multiplied by h^l. Where none is above, the same function.
+  /// A smoother copy: convolved with a Henyey-Greenstein lobe just wide enough that no value exceeds peak / (4 pi).
+  /// With h the lobe's mean cosine, the Legendre moment l is multiplied by h^l. Where no value is above, the same
+  /// function.
   /// @param peak > 1
   PhaseFunction blunted(double peak) const;
 

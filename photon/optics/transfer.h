@@ -9,6 +9,12 @@ namespace obscura {
 /// 1 - e^-tau: the share of the light that is lost on the optical depth tau >= 0.
 inline double one_minus_exp(double tau) noexcept { return -std::expm1(-tau); }
 
+/// Transmission over a distance, which may be infinite, through something of the same extinction everywhere; 1 where
+/// that is 0.
+inline double transmission_over(double extinction, double distance) noexcept {
+  return extinction > 0 ? std::exp(-extinction * distance) : 1.0;
+}
+
 /// (1 - e^-tau) / tau: transmission averaged over the way; 1 at tau = 0, 0 at infinity.
 inline double mean_transmission(double tau) noexcept { return tau > 0 ? -std::expm1(-tau) / tau : 1.0; }
 

@@ -13,13 +13,6 @@ namespace {
 
 using detail::OrdinatesSolver;
 
-void refuse_what_is_not_solved(const World& world) {
-  if (!world.spheres().empty()) {
-    throw NumericalError("ordinates", "hot spheres and particles are not solved by discrete ordinates",
-                         "use the path tracer");
-  }
-}
-
 /// Cells thicker than this along every axis are lumped.
 constexpr double kLumpedDepth = 2;
 
@@ -95,9 +88,31 @@ double OrdinatesSolution::Data::reflected_far(const SurfacePoint& at) const {
   return sum;
 }
 
+std::optional<NumericalError> unfit_for_ordinates(const World& world, int interval) {
+  const auto unsolved = [](const char* what) {
+    return NumericalError("ordinates", std::string(what) + " are not solved by discrete ordinates",
+                          "use the path tracer");
+  };
+  if (!world.spheres().empty()) return unsolved("hot spheres and particles");
+  if (world.surfaces().empty()) return std::nullopt;
+  if (world.periodic()) return unsolved("surfaces among clouds that repeat");
+  if (!world.beams().empty() && world.surfaces_reflect(interval)) return unsolved("beams on surfaces that reflect");
+  for (std::size_t i = 0; i < world.objects().size(); ++i) {
+    const Object& object = world.objects()[i];
+    const std::size_t faces = object.mesh && !object.mesh->slots.empty() ? object.mesh->faces.size() : 1;
+    for (std::size_t face = 0; face < faces; ++face) {
+      const MaterialOptics& material =
+          world.material(interval, {static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(face)});
+      if ((material.specular() > 0 && material.reflects()) || material.permeable() > 0)
+        return unsolved("mirrors and permeable surfaces");
+    }
+  }
+  return std::nullopt;
+}
+
 OrdinatesSolution solve_ordinates(const World& world, int interval, const OrdinatesSettings& settings,
                                   const Progress& progress) {
-  refuse_what_is_not_solved(world);
+  if (auto refusal = unfit_for_ordinates(world, interval)) throw *refusal;
   auto data = std::make_shared<OrdinatesSolution::Data>(world, interval, settings);
   OrdinatesSolver solver(*data, settings);
   solver.solve(progress);
@@ -106,6 +121,13 @@ OrdinatesSolution solve_ordinates(const World& world, int interval, const Ordina
     data->flattened += flatten(&data->moments[8 * cell * data->moment_count()], data->moment_count());
   }
   return OrdinatesSolution(std::move(data));
+}
+
+double solver_bytes(const OrdinatesSolution& solution) {
+  // About 26 vectors of eight corners' moments a cell (ordinates_solver.cpp).
+  const int order = solution.ordinates().order();
+  const double degree = std::min(solution.grid().phase_degree(order), order - 1);
+  return 26 * 8 * sizeof(double) * static_cast<double>(solution.grid().size()) * (degree + 1) * (degree + 1);
 }
 
 const OrdinatesGrid& OrdinatesSolution::grid() const noexcept { return data_->grid; }

@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 
+#include "octree/base/error.h"
 #include "octree/base/progress.h"
 #include "photon/ordinates/angular_quadrature.h"
 #include "photon/ordinates/ordinates_grid.h"
@@ -94,10 +95,17 @@ class OrdinatesSolution {
   std::shared_ptr<const Data> data_;
 };
 
+/// Why discrete ordinates cannot serve the World: hot spheres, mirrors, permeable surfaces, surfaces or beams where
+/// they are not solved; none: they can.
+std::optional<NumericalError> unfit_for_ordinates(const World& world, int interval);
+
 /// @throws InputError      a box without volume, or an order that does not exist
 /// @throws ResourceError   memory above the limit
-/// @throws NumericalError  hot spheres or mirrors in the World; no convergence
+/// @throws NumericalError  as unfit_for_ordinates() answers; no convergence
 OrdinatesSolution solve_ordinates(const World& world, int interval, const OrdinatesSettings& settings,
                                   const Progress& progress = {});
+
+/// Bytes that the solver has held while it iterated.
+double solver_bytes(const OrdinatesSolution& solution);
 
 }  // namespace obscura

@@ -83,7 +83,7 @@ class View {
   }
 
  private:
-  double through_air(double t) const noexcept { return air_ > 0 ? std::exp(-air_ * t) : 1.0; }
+  double through_air(double t) const noexcept { return transmission_over(air_, t); }
 
   void add_emission(double begin, double end, double extinction, double emission) {
     const double length = end - begin;

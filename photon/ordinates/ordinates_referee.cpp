@@ -3,13 +3,49 @@
 #include <algorithm>
 #include <cmath>
 
+#include "octree/base/error_scale.h"
+
 namespace obscura {
 namespace {
 
 /// Of the error that order N is never trusted below: this over N^2.
 constexpr double kLeastOfOrder = 0.02;
+/// Most cells along an axis where none are asked for.
+constexpr int kMostCells = 32;
+
+/// Whether all cells of a grid are the same along an axis.
+bool same_along(const OrdinatesGrid& grid, int axis) {
+  for (std::size_t i = 0; i < grid.size(); ++i) {
+    Vec3i first = grid.cell_at(i);
+    first[axis] = 0;
+    const std::size_t j = grid.index(first);
+    const auto same = [&](const std::vector<double>& values) {
+      return std::abs(values[i] - values[j]) <= 1e-9 * std::abs(values[j]);
+    };
+    if (!same(grid.extinction) || !same(grid.scattering) || !same(grid.emission)) return false;
+  }
+  return true;
+}
 
 }  // namespace
+
+Vec3i ordinates_cells(const World& world, int longest) {
+  // A prime number of cells tells whether anything varies.
+  Vec3i asked(0);
+  if (world.periodic()) {
+    const OrdinatesGrid trial(world, 0, Vec3i(13, 13, 0), std::nullopt, 2);
+    for (int axis = 0; axis < 2; ++axis) asked[axis] = trial.periodic(axis) && same_along(trial, axis) ? 1 : 0;
+  }
+  Vec3i cells = OrdinatesGrid(world, 0, asked, std::nullopt, 1).cells();
+  const int most = std::max({cells.x, cells.y, cells.z});
+  if (longest == 0 && 2 * most > kMostCells) return cells;
+  const double factor = longest == 0 ? 2 : static_cast<double>(longest) / most;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (asked[axis] != 1 && cells[axis] > 1)
+      cells[axis] = std::max(1, static_cast<int>(std::lround(cells[axis] * factor)));
+  }
+  return cells;
+}
 
 OrdinatesReferee::OrdinatesReferee(const World& world, int interval, const OrdinatesSettings& settings,
                                    const Progress& progress)
@@ -71,7 +107,7 @@ void OrdinatesReferee::radiance(std::span<const Ray> rays, std::span<OrdinatesEs
   }
   double squares = 0;
   std::size_t counted = 0;
-  const auto scale = [&](const OrdinatesEstimate& e) { return std::max(std::abs(e.value), 0.05 * brightest); };
+  const auto scale = [&](const OrdinatesEstimate& e) { return error_scale(e.value, brightest); };
   for (std::size_t i = 0; i < rays.size(); ++i) {
     // Rays that meet nothing are exact and typical of nothing.
     if (!(estimates[i].error > tolerance_ * scale(estimates[i]))) continue;

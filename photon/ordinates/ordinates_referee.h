@@ -8,6 +8,11 @@
 
 namespace obscura {
 
+/// Cells of a World's grid: one where a World that repeats does not vary along an axis.
+/// @param longest cells of the longest side; 0: as the ordinates choose them, twice as many where there is room (32),
+/// so that the coarse grid of their own error holds the voxels too
+Vec3i ordinates_cells(const World& world, int longest = 0);
+
 /// Immutable; thread-safe. The World must outlive it.
 class OrdinatesReferee {
  public:

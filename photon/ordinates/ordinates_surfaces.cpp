@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "octree/base/error.h"
 #include "photon/optics/purpose.h"
 
 namespace obscura {
@@ -10,29 +9,6 @@ namespace {
 
 /// Rays between the middles of cells start this share of a cell beside them, where a surface hardly ever lies exactly.
 constexpr double kBeside = 1.1e-4;
-
-void refuse_what_is_not_solved(const World& world, int interval) {
-  if (world.periodic()) {
-    throw NumericalError("ordinates", "surfaces among clouds that repeat are not solved by discrete ordinates",
-                         "use the path tracer");
-  }
-  if (!world.beams().empty() && world.surfaces_reflect(interval)) {
-    throw NumericalError("ordinates", "beams on surfaces that reflect are not solved by discrete ordinates",
-                         "use the path tracer");
-  }
-  for (std::size_t i = 0; i < world.objects().size(); ++i) {
-    const Object& object = world.objects()[i];
-    const std::size_t faces = object.mesh && !object.mesh->slots.empty() ? object.mesh->faces.size() : 1;
-    for (std::size_t face = 0; face < faces; ++face) {
-      const MaterialOptics& material =
-          world.material(interval, {static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(face)});
-      if ((material.specular() > 0 && material.reflects()) || material.permeable() > 0) {
-        throw NumericalError("ordinates", "mirrors and permeable surfaces are not solved by discrete ordinates",
-                             "use the path tracer");
-      }
-    }
-  }
-}
 
 std::size_t face_index(const Vec3i& face, Vec3i size, int axis) noexcept {
   size[axis] += 1;
@@ -43,7 +19,6 @@ std::size_t face_index(const Vec3i& face, Vec3i size, int axis) noexcept {
 
 OrdinatesSurfaces::OrdinatesSurfaces(const World& world, int interval, const OrdinatesGrid& grid) {
   if (world.surfaces().empty()) return;
-  refuse_what_is_not_solved(world, interval);
   touched.assign(grid.size(), false);
   const Vec3i n = grid.cells();
   const Vec3d h = grid.cell_m();

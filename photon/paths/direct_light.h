@@ -6,6 +6,7 @@
 
 #include "photon/optics/purpose.h"
 #include "photon/optics/sampling.h"
+#include "photon/optics/transfer.h"
 #include "photon/paths/radiance.h"
 #include "photon/world/footprint.h"
 #include "photon/world/scatter.h"
@@ -315,7 +316,7 @@ class DirectLight {
     ++work_[Work::masking];
     return world_.blocked(ray, from, stream);
   }
-  double air(double distance) const noexcept { return air_ > 0 ? std::exp(-air_ * distance) : 1.0; }
+  double air(double distance) const noexcept { return transmission_over(air_, distance); }
   void shoot(std::uint32_t owner, double radiance, const Ray& ray, Stream& stream, double air_weight = 0,
              double target_depth = 0);
   void shoot_drawn(std::uint32_t owner, double weight, double density, const Ray& ray, const SurfaceHit& hit,

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "photon/optics/transfer.h"
 #include "photon/paths/direct_light.h"
 #include "photon/paths/radiance.h"
 
@@ -83,7 +84,7 @@ class Gather {
   void scatter(Leg& leg, double weight, const Scatterer& at);
   void reflect(Leg& leg, double weight, const SurfacePoint& at);
   double emission_along(const Leg& leg, const FreePath& end) const noexcept;
-  double air(double distance) const noexcept { return air_ > 0 ? std::exp(-air_ * distance) : 1.0; }
+  double air(double distance) const noexcept { return transmission_over(air_, distance); }
 
   const World& world_;
   int interval_;

@@ -6,8 +6,8 @@
 
 namespace obscura::detail {
 
-/// The surroundings of a point of the map's frame, which end at surfaces. The cubature turns with the ray,
-/// not with the place: what rounding does to a place then shows nowhere.
+/// What a point of the map's frame can see of its surroundings, which end at surfaces. The random rotation of the
+/// cubature is named by the ray and not by the place, so that rounding of the place changes no result.
 struct MapSurroundings {
   const World& world;
   Vec3d ray_key;

@@ -1,6 +1,5 @@
 #include "photon/paths/path_tracer.h"
 
-#include "octree/base/error.h"
 #include "photon/optics/purpose.h"
 #include "photon/optics/sampling.h"
 #include "photon/world/thickness.h"
@@ -62,13 +61,16 @@ PathFlux path_flux(const World& world, int interval, const PathSettings& setting
   return {side(-normal, 2 * history), side(normal, 2 * history + 1)};
 }
 
-void refuse_unfit_paths(const World& world) {
+std::optional<NumericalError> unfit_for_paths(const World& world) {
   for (const Beam& beam : world.beams()) {
     if (beam.radius > 0) continue;
-    throw NumericalError("method \"path\"", "a beam without width is a line that no path meets",
-                         "give beams a \"radius_m\", or use method \"photon\" without final gather");
+    return NumericalError("method \"path\"", "a beam without width is a line that no path meets",
+                          "give beams a \"radius_m\", or use method \"photon\" without final gather");
   }
-  for (int i = 0; i < world.interval_count(); ++i) refuse_endless_histories(world, i, "path");
+  for (int i = 0; i < world.interval_count(); ++i) {
+    if (auto endless = endless_histories(world, i, "path")) return endless;
+  }
+  return std::nullopt;
 }
 
 }  // namespace obscura

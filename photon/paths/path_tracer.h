@@ -2,6 +2,7 @@
 // choice for thin clouds.
 #pragma once
 
+#include "octree/base/error.h"
 #include "octree/base/statistics.h"
 #include "photon/paths/radiance.h"
 #include "photon/trace/flux.h"
@@ -32,7 +33,7 @@ struct PathFlux {
 PathFlux path_flux(const World& world, int interval, const PathSettings& settings, const FluxRectangle& rectangle,
                    int rays, std::uint64_t history);
 
-/// @throws NumericalError that names what paths cannot find (beams without width) or not finish.
-void refuse_unfit_paths(const World& world);
+/// Why paths cannot serve the World: what they cannot find (beams without width) or not finish; none: they can.
+std::optional<NumericalError> unfit_for_paths(const World& world);
 
 }  // namespace obscura

@@ -450,7 +450,7 @@ class Pass {
   }
 
   /// Transmission of the air.
-  double air(double distance) const noexcept { return air_ > 0 ? std::exp(-air_ * distance) : 1.0; }
+  double air(double distance) const noexcept { return transmission_over(air_, distance); }
 
   Stream stream_of(const Leg& leg, int step) const noexcept {
     return name_of(leg.owner, Purpose::radiance, step).stream();

@@ -6,7 +6,7 @@
 namespace obscura {
 namespace {
 
-/// Faces of a cover against which what lies in its own range of depths is judged one by one.
+/// Most faces of a cover for which a face in the same range of depths is compared with each.
 constexpr std::size_t kMostCover = 64;
 
 }  // namespace

@@ -5,7 +5,7 @@
 namespace obscura {
 namespace {
 
-/// Embree's own rounding, of the scene's size: rays see faces displaced by so much (METHODS.md, "The spot").
+/// Embree's own rounding, of the scene's size: rays see faces displaced by so much (photon/METHODS.md, "The spot").
 constexpr double kFloatRounding = 3e-7;
 constexpr int kMostMirrors = 4;
 constexpr int kMostPermeable = 16;

@@ -26,7 +26,7 @@ class SpotQuery::Search {
   using Region = detail::SpotRegion;
   using SeenFace = detail::SeenFace;
 
-  /// Rays that are looked along, with where they come from.
+  /// A spot to be searched, with what its rays start from.
   struct Looking {
     Spot spot;
     Ray middle;  // one of them
@@ -39,14 +39,14 @@ class SpotQuery::Search {
     detail::Seen seen;
     std::vector<Looking> mirrors;
   };
-  /// A face in front of all of whose part of the spot nothing has been found yet.
+  /// A face that covers a part of the spot: nothing has been found in front of that part so far.
   struct Cover {
     std::uint32_t face;
     HalfSpace plane;  // inside: in front
     std::array<Vec3d, 3> corners;
     double tie;  // m: nearer to the plane than this, the lower name is met
   };
-  /// Faces that a search has been at; forgotten at once.
+  /// The faces that the present search has visited; clearing takes no time.
   class Visited {
    public:
     void clear() noexcept;
@@ -63,7 +63,7 @@ class SpotQuery::Search {
 
   Criterion look(const Looking& looking, std::size_t level);
   Criterion reflect(std::size_t level);
-  /// Spreads over the faces that hang together with one.
+  /// Visits the faces that are connected with one, from edge to edge.
   Criterion flood(const Region& region, const Looking& looking, FaceId start, Level& level);
   Criterion search_all(const Region& region, const Looking& looking, Level& level);
 

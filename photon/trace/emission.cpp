@@ -57,8 +57,8 @@ PhotonEmitter::PhotonEmitter(const World& world, int interval, const SourceSelec
   const FaceLights& lights = world.face_lights(interval);
   if (selection.surfaces && !lights.empty()) {
     add(Kind::faces, 0, lights.power(), lights.power());
-    // What of that power goes through the surroundings of the clouds has a source of its own, whose power
-    // only its photons know: it is counted with the faces'.
+    // Light of the faces that goes through the surroundings of the clouds is emitted by a source of its own (lines).
+    // Its power is not known beforehand: it is counted with the faces'.
     if (targets_.size() > 1) sources_.push_back({Kind::lines, 0, 0.0, lights.power()});
   }
   const std::vector<HotSphere>& spheres = world.spheres();

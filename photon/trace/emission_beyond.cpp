@@ -23,7 +23,7 @@ void PhotonEmitter::make_faces(const Box3d& around) {
     }
     if (cell.isEmpty()) return;
     if (!around.isEmpty()) {
-      // A little farther: what starts on a rectangle has passed it.
+      // A little farther, so that light starts before the rectangle and not on it.
       Box3d reach = transform_box(frame.world_to_local, around);
       const Vec3d margin(1e-3 * (cell.size().length() + reach.size().length()));
       cell.extendBy(Box3d(reach.min - margin, reach.max + margin));
@@ -60,7 +60,8 @@ void PhotonEmitter::make_faces(const Box3d& around) {
 
 void PhotonEmitter::make_targets() {
   targets_.push_back({middle_, radius_, 1.0});
-  // What is far from all clouds matters little to them: terrain of kilometres about a puff of metres.
+  // Where the World is much larger than its clouds (terrain of kilometres about a puff of metres), most photons are
+  // aimed at the surroundings of the clouds.
   const Box3d& clouds = world_->cloud_bounds();
   if (clouds.isEmpty()) return;
   constexpr double kAround = 1.5, kMuchLarger = 3, kShare = 0.75;

@@ -10,8 +10,8 @@
 namespace obscura {
 namespace {
 
-/// Least share of a thick source's photons: below it the weights of neighbours would differ so much
-/// that the noise which thick cores are spared comes back at their borders.
+/// Least chance that escape_chance() gives. A smaller one would make the powers of photons from neighbouring blocks
+/// differ so much that the noise which it saves in thick cores comes back at their borders.
 constexpr double kLeastChance = 0.1;
 
 /// A bounded estimate of the chance that light leaves a cube of side a: min(1, A / (4 k_a V)).

@@ -15,7 +15,7 @@ EmittedPhoton PhotonEmitter::from_faces(double u, const std::array<double, 8>& v
   photon.direction = cosine_direction(place.normal, v[4], v[5]);
   photon.in_direct_set = true;
   photon.from = place.id;
-  // The face was chosen by its mean radiance over all angles; here and there it differs.
+  // The face was chosen by its mean radiance; that of this place and angle gives the power.
   const double radiance = lights.emission(*world_, place, place.normal.dot(photon.direction));
   photon.power = kPi * radiance / lights.density(*world_, place.id);
   if (is_on_a_line(photon.position, photon.direction, place.id)) photon.power = 0;

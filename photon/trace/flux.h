@@ -9,6 +9,8 @@ namespace obscura {
 struct FluxRectangle {
   Vec3d center;
   Vec3d side_u, side_v;  ///< full sides, m, at right angles
+
+  bool operator==(const FluxRectangle&) const = default;
 };
 
 /// Unit sides of a rectangle with this unit normal: the first is horizontal, or along x where the

@@ -13,8 +13,8 @@ namespace {
 /// Reflections after which a history ends: mirrors that lose nothing would keep it for ever.
 constexpr int kMostReflections = 10000;
 
-/// A photon is stored with the order in which its history was emitted, so that the map does not depend on
-/// who flew with whom.
+/// A photon with the order in which its history was emitted: sorted by it, the map does not depend on which histories
+/// flew together.
 using Stored = std::vector<std::pair<std::uint32_t, Photon>>;
 
 std::vector<Photon> in_order(Stored& stored) {
@@ -81,7 +81,7 @@ class HistoryChunk {
     LocalOptics local;
     if (end.collided) local = world_.at_collision(interval_, flight, end);
     double t = end.collided ? end.t : hit.t;
-    // The air may have taken it before; what comes from beyond is given as it arrives.
+    // The air may absorb it before. Light from beyond is given as it arrives at the scene: the air does not dim it.
     bool lost_in_air = false;
     if (air_ > 0 && !history.from_beyond) {
       const double t_air = -std::log(history.stream.uniform()) / air_;
@@ -176,7 +176,8 @@ class HistoryChunk {
     return reflect_diffusely(history, at);
   }
 
-  /// In proportion to cosine and reflectance; at the first surface half of all at the clouds, with weights.
+  /// Draws a direction in proportion to cosine and reflectance. At the first surface half of the directions are aimed
+  /// at the clouds, and weights make up for it.
   bool reflect_diffusely(History& history, const SurfacePoint& at) {
     Stream& stream = history.stream;
     const auto lambertian = [&] {
@@ -201,7 +202,7 @@ class HistoryChunk {
         cosine > 0 ? cosine * at.reflectance(cosine) / (kPi * (1 - at.material->hemispherical_emissivity())) : 0.0;
     const bool in_cone = history.direction.dot(way) >= distance * std::sqrt(1 - sine * sine);
     const double weight = wanted / (0.5 * wanted + (in_cone ? 0.5 / solid_angle : 0.0));
-    // What the weight gives or takes is as if emitted: the balance stays exact.
+    // Power that the weight adds or removes is booked as emitted, so that the balance of power stays exact.
     result_.energy.emitted[batch_] += (weight - 1) * history.power;
     history.power *= weight;
     return history.power > 0;

@@ -2,49 +2,16 @@
 
 #include <algorithm>
 
-#include "octree/base/error.h"
 #include "photon/world/thickness.h"
 
 namespace obscura {
 namespace {
 
-void refuse_unfit(const World& world, std::span<const FluxRectangle> rectangles) {
-  if (!world.periodic()) return;
-  const char* remedy = "use method \"path\", or make the clouds not periodic";
-  if (!world.surfaces().empty() || !world.beams().empty()) {
-    throw NumericalError("method \"photon\"",
-                         "objects, hot spheres, particles and beams are finite, but photons of a periodic cloud stand "
-                         "for those of all its copies",
-                         remedy);
-  }
-  for (int c = 0; c < world.cloud_count(); ++c) {
-    // The sides of the cloud's cell in the world, turned and scaled with it.
-    for (int axis = 0; axis < 2; ++axis) {
-      Vec3d side(0);
-      side[axis] = world.frame(c).period_m[static_cast<std::size_t>(axis)];
-      side = transform_direction(world.clouds()[static_cast<std::size_t>(c)].local_to_world, side);
-      const Vec3d& cell = world.period()[static_cast<std::size_t>(axis)];
-      if ((side - cell).length() > 1e-9 * cell.length()) {
-        throw NumericalError("method \"photon\"", "clouds of different periods have no common cell", remedy);
-      }
-    }
-  }
-  for (const FluxRectangle& rectangle : rectangles) {
-    const Vec3d normal = rectangle.side_u.cross(rectangle.side_v).normalized();
-    for (const Vec3d& period : world.period()) {
-      if (std::abs(normal.dot(period)) > 1e-9 * period.length()) {
-        throw NumericalError("flux", "a rectangle that stands upright is crossed without end in a periodic scene",
-                             "turn its normal to the vertical");
-      }
-    }
-  }
-}
-
-/// Photons of each group of sources by what they leave in the maps: as many as make the sum's noise least,
-/// which is in proportion to the root mean square of what one of them stores. A few of each tell.
+/// Divides the photons among the groups of sources so that the noise of what the maps hold is least: in proportion to
+/// the root mean square of what one photon of the group stores. A pilot of a few photons of each group measures that.
 void share_photons(const World& world, PhotonEmitter& emitter, const TraceSettings& settings, WorkCounts& work) {
   const std::uint64_t pilots = std::clamp<std::uint64_t>(settings.photons / 50, 4096, 65536);
-  constexpr double kLeast = 0.01;  // of the largest: a source may store late what the pilot has not seen
+  constexpr double kLeast = 0.01;  // of the largest share: a pilot may have missed what a source rarely stores
   if (emitter.group_count() < 2 || settings.photons < 4 * pilots) return;
   TraceSettings pilot = settings;
   pilot.photons = pilots;
@@ -68,6 +35,43 @@ void share_photons(const World& world, PhotonEmitter& emitter, const TraceSettin
 }
 
 }  // namespace
+
+std::optional<NumericalError> unfit_for_photons(const World& world, bool traced,
+                                                std::span<const FluxRectangle> rectangles) {
+  if (world.periodic()) {
+    const char* remedy = "use method \"path\", or make the clouds not periodic";
+    if (!world.surfaces().empty() || !world.beams().empty()) {
+      return NumericalError("method \"photon\"",
+                            "objects, hot spheres, particles and beams are finite, but photons of a periodic cloud "
+                            "stand for those of all its copies",
+                            remedy);
+    }
+    for (int c = 0; c < world.cloud_count(); ++c) {
+      // The sides of the cloud's cell in the world, turned and scaled with it.
+      for (int axis = 0; axis < 2; ++axis) {
+        Vec3d side(0);
+        side[axis] = world.frame(c).period_m[static_cast<std::size_t>(axis)];
+        side = transform_direction(world.clouds()[static_cast<std::size_t>(c)].local_to_world, side);
+        const Vec3d& cell = world.period()[static_cast<std::size_t>(axis)];
+        if ((side - cell).length() > 1e-9 * cell.length())
+          return NumericalError("method \"photon\"", "clouds of different periods have no common cell", remedy);
+      }
+    }
+    for (const FluxRectangle& rectangle : rectangles) {
+      const Vec3d normal = rectangle.side_u.cross(rectangle.side_v).normalized();
+      for (const Vec3d& period : world.period()) {
+        if (std::abs(normal.dot(period)) > 1e-9 * period.length()) {
+          return NumericalError("flux", "a rectangle that stands upright is crossed without end in a periodic scene",
+                                "turn its normal to the vertical");
+        }
+      }
+    }
+  }
+  for (int i = 0; traced && i < world.interval_count(); ++i) {
+    if (auto endless = endless_histories(world, i, "photon")) return endless;
+  }
+  return std::nullopt;
+}
 
 void Light::add_tallies(const Light& other) {
   const std::uint64_t all = emitted + other.emitted;
@@ -100,7 +104,7 @@ void Light::add_tallies(const Light& other) {
 
 Light trace_light(const World& world, const TraceSettings& settings, std::span<const FluxRectangle> rectangles,
                   const Progress& progress) {
-  refuse_unfit(world, rectangles);
+  if (auto refusal = unfit_for_photons(world, settings.photons > 0, rectangles)) throw *refusal;
   Light light;
   light.bands.resize(world.bands().size());
   for (BandLight& band : light.bands) band.flux.resize(rectangles.size());
@@ -121,7 +125,6 @@ Light trace_light(const World& world, const TraceSettings& settings, std::span<c
   }
   for (int i = 0; i < world.interval_count(); ++i) {
     const auto b = static_cast<std::size_t>(world.interval(i).band);
-    if (settings.photons > 0) refuse_endless_histories(world, i, "photon");
     TraceSettings share = settings;
     share.photons = 0;
     PhotonEmitter& emitter = emitters[static_cast<std::size_t>(i)];

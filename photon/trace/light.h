@@ -1,8 +1,10 @@
 // All photon maps of a World: one per spectral interval, with what became of the power of each band.
 #pragma once
 
+#include <optional>
 #include <vector>
 
+#include "octree/base/error.h"
 #include "photon/map/photon_map.h"
 #include "photon/trace/trace.h"
 
@@ -30,10 +32,15 @@ struct Light {
   void add_tallies(const Light& other);
 };
 
+/// Why photons cannot serve the World; none: they can. Finite sources or objects in a periodic one, clouds of different
+/// periods, rectangles that stand upright in a periodic one; histories that would not end.
+/// @param traced false: none is going to be followed
+std::optional<NumericalError> unfit_for_photons(const World& world, bool traced,
+                                                std::span<const FluxRectangle> rectangles = {});
+
 /// Traces every interval. `settings.photons` is the number per band: each interval gets its share by
 /// the power of its sources.
-/// @throws NumericalError where photons cannot serve the World (finite sources or objects in a periodic one,
-/// clouds of different periods, rectangles that stand upright in a periodic one).
+/// @throws NumericalError as unfit_for_photons() answers
 Light trace_light(const World& world, const TraceSettings& settings, std::span<const FluxRectangle> rectangles = {},
                   const Progress& progress = {});
 

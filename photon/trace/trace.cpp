@@ -17,7 +17,7 @@ namespace {
 /// Histories that fly together through the batched walk.
 constexpr std::size_t kChunk = 2048;
 
-/// The numbers of emission: eight per history.
+/// The uniform numbers that emission draws from: eight per history.
 class EmissionNumbers {
  public:
   EmissionNumbers(const TraceSettings& settings, int interval, int batch, std::uint64_t first)

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <string>
 
-#include "octree/base/error.h"
 #include "photon/optics/purpose.h"
 #include "photon/optics/sampling.h"
 
@@ -59,16 +58,15 @@ double largest_mean_cosine(const World& world, int interval) {
   return std::max(0.0, largest_scattering(world, interval).mean_cosine);
 }
 
-void refuse_endless_histories(const World& world, int interval, std::string_view method) {
+std::optional<NumericalError> endless_histories(const World& world, int interval, std::string_view method) {
   const auto [albedo, forward] = largest_scattering(world, interval);
-  if (albedo == 0) return;
+  if (albedo == 0) return std::nullopt;
   const double depth = largest_optical_depth(world, interval);
-  if (depth * (1 - forward) > 1e4 && 1 - albedo < 1 / depth) {
-    throw NumericalError("method \"" + std::string(method) + "\"",
-                         "an optical depth of " + std::to_string(depth) + " with an albedo of " +
-                             std::to_string(albedo) + " keeps light inside for longer than it can be followed",
-                         "lower the extinction or the albedo, or use discrete ordinates");
-  }
+  if (!(depth * (1 - forward) > 1e4 && 1 - albedo < 1 / depth)) return std::nullopt;
+  return NumericalError("method \"" + std::string(method) + "\"",
+                        "an optical depth of " + std::to_string(depth) + " with an albedo of " +
+                            std::to_string(albedo) + " keeps light inside for longer than it can be followed",
+                        "lower the extinction or the albedo, or use discrete ordinates");
 }
 
 }  // namespace obscura

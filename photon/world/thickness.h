@@ -1,8 +1,10 @@
 // How thick a World is to light, by seeded chords, and whether a history of light can end in it.
 #pragma once
 
+#include <optional>
 #include <string_view>
 
+#include "octree/base/error.h"
 #include "photon/world/world.h"
 
 namespace obscura {
@@ -17,9 +19,8 @@ double largest_scattering_depth(const World& world, int interval, int chords = 2
 /// Mean cosine of the most forward phase function of what scatters; 0 where nothing does.
 double largest_mean_cosine(const World& world, int interval);
 
-/// Throws where a photon's history would practically never end: depth times (1 - g) above 1e4 while
-/// less than one collision in `depth` absorbs.
-/// @throws NumericalError that names the method and points to another one.
-void refuse_endless_histories(const World& world, int interval, std::string_view method);
+/// Whether a history of light would practically never end: depth times (1 - g) above 1e4 while less than one collision
+/// in `depth` absorbs. Names the method and points to another one; none: it ends.
+std::optional<NumericalError> endless_histories(const World& world, int interval, std::string_view method);
 
 }  // namespace obscura

@@ -43,7 +43,7 @@ void World::place_clouds() {
       optics_.emplace_back(cloud, contents_.bands[static_cast<std::size_t>(where.band)], where.interval, i);
     }
   }
-  // A cloud that does nothing to light has no say in where anything lies: it must not change a bit.
+  // A cloud that neither attenuates nor emits is left out of the bounds, so that it changes no bit of any result.
   for (int c = 0; c < cloud_count(); ++c) {
     const Cloud& cloud = contents_.clouds[static_cast<std::size_t>(c)];
     bool acts = false;

@@ -164,7 +164,7 @@ class World {
   /// what the flight collided with, or where leaves are thick, the flight is walked again in double and the
   /// end put right; it may turn out not to have collided.
   LocalOptics at_collision(int interval, const Flight& flight, FreePath& end) const noexcept;
-  /// Somewhere a leaf may be so thick that it is.
+  /// Whether some leaf may be so thick that at_collision() walks flights again.
   bool has_thick_leaves(int interval) const noexcept;
   /// A point moved into the first periodic cell.
   Vec3d wrap(const Vec3d& point) const noexcept;

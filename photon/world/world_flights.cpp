@@ -29,7 +29,8 @@ LocalOptics walk_to_depth(const World& world, int interval, const Flight& flight
   return {};
 }
 
-/// The batched walk is right to 2e-5 of a leaf: in one of this optical depth that is farther than light goes.
+/// Optical depth from which on a leaf is thick: the batched walk is right to 2e-5 of a leaf, which is then no longer
+/// small against a free path.
 constexpr double kThick = 100;
 
 }  // namespace

@@ -58,7 +58,8 @@ class CloudStream {
   double end() const noexcept { return end_; }
   const LocalOptics& optics() const noexcept { return local_; }
 
-  /// What the walk asks where it may stop above the leaves.
+  /// What Walk::next(stops) asks of its stops: the coarsest level that may be offered here, and whether a cell is
+  /// taken.
   int level(double t) const noexcept { return coarse_->level(t, voxel_m_); }
   bool take(const CellBounds& bounds, double begin, double end) noexcept {
     const double length = end - begin;
@@ -87,7 +88,8 @@ class CloudStream {
 /// Segments of the whole World. Gaps between segments hold nothing.
 class WorldWalk {
  public:
-  /// @param coarse null: by leaves alone; else it has to be told each segment's depth as soon as that is done with
+  /// @param coarse null: by leaves alone. Else it decides which cells are taken whole, and the caller must call
+  ///               coarse->passed(depth, transmission) after every segment
   WorldWalk(const World& world, int interval, const Ray& ray, CoarseCells* coarse = nullptr) noexcept {
     for (int cloud = 0; cloud < world.cloud_count(); ++cloud) {
       const CloudStream* stream = new (slot(count_)) CloudStream(world, cloud, interval, ray, coarse);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "octree/base/error.h"
 #include "scene/file/scene_io.h"
 
 namespace obscura::cli {
@@ -21,5 +22,15 @@ std::vector<SceneEdit> effect_edits(const std::vector<std::string>& texts, std::
 std::vector<std::filesystem::path> input_files(const std::string& scene_file, const std::optional<Description>& scene);
 
 CLI::Option* add_effect_option(CLI::App& app, std::vector<std::string>& texts);
+
+/// Keeps the problems of bad input that `make` throws, so that all of a command's are told in one run.
+template <class Make>
+void collect(std::vector<Problem>& problems, const Make& make) {
+  try {
+    make();
+  } catch (const InputError& error) {
+    problems.insert(problems.end(), error.problems().begin(), error.problems().end());
+  }
+}
 
 }  // namespace obscura::cli

@@ -28,29 +28,24 @@ struct ObscurationArguments {
 
 int obscuration(const ObscurationArguments& a, const CLI::App& app) {
   std::vector<Problem> problems;
-  const auto collect = [&](const auto& make) {
-    try {
-      make();
-    } catch (const InputError& error) {
-      problems.insert(problems.end(), error.problems().begin(), error.problems().end());
-    }
-  };
   std::vector<SceneEdit> edits = set_edits(a.set, problems);
   if (!a.method.empty()) edits.push_back({"/render/method", a.method, "--method"});
   if (!a.seed.empty()) edits.push_back({"/render/seed", a.seed, "--seed"});
   std::optional<Description> scene;
-  collect([&] { scene = read_scene(a.scene, edits); });
+  collect(problems, [&] { scene = read_scene(a.scene, edits); });
 
   ObscurationWish wish;
   wish.objects = a.objects;
   wish.replicas = a.replicas;
   wish.ring_px = a.ring_px;
   wish.pictures = !a.page.empty();
-  if (!a.time.empty()) collect([&] { wish.time_s = parse_seconds(a.time, "--time"); });
-  if (!a.threshold.empty()) collect([&] { wish.thresholds.transmission = parse_fraction(a.threshold, "--threshold"); });
+  if (!a.time.empty()) collect(problems, [&] { wish.time_s = parse_seconds(a.time, "--time"); });
+  if (!a.threshold.empty())
+    collect(problems, [&] { wish.thresholds.transmission = parse_fraction(a.threshold, "--threshold"); });
   if (wish.thresholds.transmission > 1)
     problems.push_back({"--threshold", "a transmission is at most 1", "give 0.1 or 10%"});
-  if (!a.contrast.empty()) collect([&] { wish.thresholds.contrast = parse_fraction(a.contrast, "--contrast"); });
+  if (!a.contrast.empty())
+    collect(problems, [&] { wish.thresholds.contrast = parse_fraction(a.contrast, "--contrast"); });
   if (app.count("--nedt") > 0) wish.thresholds.difference_K = a.nedt_K;
 
   std::vector<Output> outputs;

@@ -49,18 +49,18 @@ std::string seconds_text(double s) {
                    : fmt::format("{:.0f} s", s);
 }
 
-std::string table_of(const Description& scene, const Plan& plan) {
+std::string table_of(const Plan& plan) {
   std::string text = fmt::format("{:<20} {:<4} {:>9} {:>8}  {}\n", "effect", "", "bound", "cost", "why");
   for (const PlanRow& row : plan.effects) {
     text += fmt::format("{:<20} {:<4} {:>9} {:>8}  {}\n", row.effect, row.on ? "on" : "off",
                         row.bound ? *row.bound > 0 ? fmt::format("{:.1e}", *row.bound) : "0" : "",
                         row.cost_s ? seconds_text(*row.cost_s) : "", row.reason);
   }
-  const char* const used = scene.render.method == MethodKind::path ? "path" : "photon";
-  const char* const cheaper = plan.method.cheaper == MethodKind::path ? "path" : "photon";
+  const char* const used = plan.method.type->word;
+  const char* const cheaper = plan.choice.cheaper->word;
   text += fmt::format("\nmethod  {}: {}; with the scene's settings, photon {} and path {} on one core\n", cheaper,
-                      plan.method.reason, seconds_text(plan.method.photon_s), seconds_text(plan.method.path_s));
-  if (scene.render.method != plan.method.cheaper)
+                      plan.choice.reason, seconds_text(plan.choice.photon_s), seconds_text(plan.choice.path_s));
+  if (std::string_view(used) != cheaper)
     text += fmt::format("        the scene is rendered by {}; --method {} takes the other\n", used, cheaper);
   text += fmt::format("budget  image error {}: {} for what is left out, {} for what is sampled\n",
                       percent(plan.budget.total), percent(plan.budget.dropped), percent(plan.budget.sampled));
@@ -71,21 +71,17 @@ int plan(const PlanArguments& a) {
   std::vector<Problem> problems;
   const std::vector<SceneEdit> edits = edits_of(a, problems);
   std::optional<Description> scene;
-  try {
-    scene = read_scene(a.scene, edits);
-  } catch (const InputError& error) {
-    problems.insert(problems.end(), error.problems().begin(), error.problems().end());
-  }
+  collect(problems, [&] { scene = read_scene(a.scene, edits); });
   if (!problems.empty()) throw InputError(std::move(problems));
 
   catch_interrupts();
   Console console(a.quiet);
-  const Session session(*scene, scene->time_s, console.progress());
+  Session session(*scene, scene->time_s, console.progress());
   console.finish();
   std::vector<std::string> warnings = scene->warnings;
   warnings.insert(warnings.end(), session.plan().warnings.begin(), session.plan().warnings.end());
   print_warnings(warnings);
-  fmt::print("{}", a.json ? to_json(session.plan().effects) : table_of(*scene, session.plan()));
+  fmt::print("{}", a.json ? to_json(session.plan().effects) : table_of(session.plan()));
   return kDone;
 }
 
@@ -102,7 +98,9 @@ Command add_plan(CLI::App& program) {
       ->type_name("E")
       ->group(edits);
   app->add_option("--time", a->time, "The picture's time: seconds, or 30s, 5min")->type_name("S")->group(edits);
-  app->add_option("--method", a->method, "How scattering is found: photon or path")->type_name("M")->group(edits);
+  app->add_option("--method", a->method, "How scattering is found: photon, path or ordinates; default: what is cheaper")
+      ->type_name("M")
+      ->group(edits);
   add_effect_option(*app, a->effects)->group(edits);
   app->add_option("--set", a->set, "Change any value of the scene; may be repeated")
       ->type_name("/POINTER=VALUE")

@@ -9,6 +9,7 @@
 #include "console.h"
 #include "edits.h"
 #include "exports.h"
+#include "photon/methods/method.h"
 #include "quantities.h"
 #include "scene/file/scene_io.h"
 #include "scene/run/run.h"
@@ -59,7 +60,8 @@ std::vector<std::string> quantities_of(const Description& scene) {
   std::vector<std::string> known = {"radiance", "error", "transmission"};
   const bool grey = std::any_of(scene.bands.begin(), scene.bands.end(), [](const auto& band) { return band.grey(); });
   if (!grey) known.push_back("temperature");
-  if (scene.render.method != MethodKind::path) known.push_back("bias");
+  // Where the plan is to choose, it may take paths, which have none.
+  if (!scene.render.method.empty() && scene.render.method != kPathTracer.word) known.push_back("bias");
   if (scene.atmosphere) known.push_back("transmission_atmosphere");
   if (scene.sensor.detector.on()) {
     known.push_back("detector");
@@ -98,11 +100,7 @@ int render(const RenderArguments& a, const CLI::App& app) {
   std::vector<Problem> problems;
   const std::vector<SceneEdit> edits = edits_of(a, app, problems);
   std::optional<Description> scene;
-  try {
-    scene = read_scene(a.scene, edits);
-  } catch (const InputError& error) {
-    problems.insert(problems.end(), error.problems().begin(), error.problems().end());
-  }
+  collect(problems, [&] { scene = read_scene(a.scene, edits); });
 
   const std::filesystem::path image_file = a.exports.files.at("--output");
   const std::filesystem::path report_file =
@@ -163,7 +161,8 @@ Command add_render(CLI::App& program) {
   app->add_flag("--quiet", a->quiet, "No progress; warnings and errors stay");
 
   const char* const edits = "In place of the scene's";
-  app->add_option("--method", a->method, "How scattering is found: photon or path (baked is not available yet)")
+  app->add_option("--method", a->method,
+                  "How scattering is found: photon, path or ordinates; default: what the plan calls cheaper")
       ->type_name("M")
       ->group(edits);
   app->add_option("--photons", a->photons, "Photons emitted, per band")->type_name("N")->group(edits);

@@ -29,20 +29,13 @@ struct StudyArguments {
 
 int study(const StudyArguments& a) {
   std::vector<Problem> problems;
-  const auto collect = [&](const auto& make) {
-    try {
-      make();
-    } catch (const InputError& error) {
-      problems.insert(problems.end(), error.problems().begin(), error.problems().end());
-    }
-  };
   const std::vector<SceneEdit> edits = set_edits(a.set, problems);
   std::optional<Description> scene;
-  collect([&] { scene = read_scene(a.scene, edits); });
+  collect(problems, [&] { scene = read_scene(a.scene, edits); });
   StudySettings settings;
   settings.pixels = a.pixels;
   settings.seed = a.seed;
-  if (!a.budget.empty()) collect([&] { settings.budget_s = parse_seconds(a.budget, "--budget"); });
+  if (!a.budget.empty()) collect(problems, [&] { settings.budget_s = parse_seconds(a.budget, "--budget"); });
   if (!(settings.budget_s > 0)) problems.push_back({"--budget", "there is no time", "give one above 0, such as 5min"});
 
   std::filesystem::path json = a.page, csv = a.page;

@@ -83,11 +83,7 @@ int verify(const VerifyArguments& a) {
   }
   std::vector<Problem> problems;
   std::vector<Job> jobs;
-  try {
-    jobs = jobs_of(a);
-  } catch (const InputError& error) {
-    problems = error.problems();
-  }
+  collect(problems, [&] { jobs = jobs_of(a); });
   std::vector<Output> outputs;
   if (!a.report.empty()) outputs.push_back({a.report, "--output", ".html"});
   std::vector<std::filesystem::path> inputs;

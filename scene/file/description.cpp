@@ -1,6 +1,7 @@
 #include "scene/file/description.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace obscura {
 
@@ -31,6 +32,14 @@ Emitter emitter(const Description& scene, const BandDescription& band, bool has_
       std::any_of(scene.bands.begin(), scene.bands.end(), [](const BandDescription& b) { return b.grey(); });
   if (has_temperature && !band.grey() && (!has_radiance || any_grey)) return Emitter::planck;
   return has_radiance ? Emitter::radiance : Emitter::none;
+}
+
+void shrink_picture(Description& scene, int pixels) {
+  const int largest = std::max(scene.sensor.resolution[0], scene.sensor.resolution[1]);
+  if (largest <= pixels) return;
+  for (int& side : scene.sensor.resolution) {
+    side = std::max(1, static_cast<int>(std::lround(static_cast<double>(side) * pixels / largest)));
+  }
 }
 
 }  // namespace obscura

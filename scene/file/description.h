@@ -202,10 +202,8 @@ struct BeamDescription {
   Spectrum power = Spectrum::constant(1);
 };
 
-enum class MethodKind { photon, baked, path };
 struct RenderDescription {
-  MethodKind method = MethodKind::photon;
-  bool method_given = false;        ///< the scene names its method; else one may be chosen for a target
+  std::string method;               ///< a word of method_words(); empty: the plan chooses
   std::uint64_t photons = 1000000;  ///< emitted, per band
   int nearest = 64;
   Kernel kernel = Kernel::epanechnikov;
@@ -254,5 +252,9 @@ struct Description {
 enum class Emitter { none, planck, radiance };
 Emitter emitter(const Description& scene, const BandDescription& band, bool has_temperature,
                 bool has_radiance) noexcept;
+
+/// Makes a scene's picture fit for all methods: it becomes at most `pixels` wide and high, with the same
+/// view and the same settings per pixel.
+void shrink_picture(Description& scene, int pixels);
 
 }  // namespace obscura

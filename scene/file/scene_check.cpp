@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "photon/methods/method.h"
 #include "scene/file/scene_words.h"
 
 namespace obscura::detail {
@@ -308,7 +309,6 @@ void check_detector(Findings& findings, const Description& scene) {
 }  // namespace
 
 void check_description(Findings& findings, Description& scene) {
-  scene.render.method_given = findings.good("/render/method");
   check_bands(findings, scene.bands);
   check_clouds(findings, scene);
   check_objects(findings, scene);
@@ -326,7 +326,7 @@ void check_description(Findings& findings, Description& scene) {
   for (std::size_t i = 0; i < scene.beams.size(); ++i) {
     check_direction(findings, pointer_to(element("beams", i), "toward"), scene.beams[i].toward);
   }
-  if (scene.render.samples != RenderDescription{}.samples && scene.render.method == MethodKind::photon &&
+  if (scene.render.samples != RenderDescription{}.samples && scene.render.method == kPhotonMap.word &&
       scene.render.final_gather == 0) {
     findings.warn("/render/samples: method photon without final gather does not use it");
   }

@@ -2,6 +2,7 @@
 // read.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -64,33 +65,36 @@ void keys(V& v, PuffSettings& p) {
   v.optional("seed", p.seed, at_least(0), "seed of the noise");
 }
 
-enum class PhaseKind { isotropic, rayleigh, henyey_greenstein, double_henyey_greenstein, table };
-struct PhaseDescription {
-  PhaseKind kind = PhaseKind::isotropic;
-  double g = 0;                          // henyey_greenstein
-  double g1 = 0, g2 = 0, weight = 1;     // double_henyey_greenstein
-  std::vector<double> angle_deg, value;  // table, or
-  std::filesystem::path file;
+struct PhaseTableDescription {
+  std::vector<double> angle_deg, value;
+  std::filesystem::path file;  // or this
 };
 template <class V>
-void keys(V& v, PhaseDescription& p) {
+void keys(V& v, PhaseFunction& p) {
   v.default_form("type", "isotropic");
+
   v.form("type", "rayleigh");
-  v.sets(p.kind, PhaseKind::rayleigh);
+  v.makes(p, [] { return PhaseFunction(RayleighPhase()); });
+
+  double g = 0;
   v.form("type", "henyey_greenstein");
-  v.sets(p.kind, PhaseKind::henyey_greenstein);
-  v.required("g", p.g, between(-1, 1), "mean cosine");
+  v.required("g", g, between(-1, 1), "mean cosine");
+  v.makes(p, [g] { return PhaseFunction(HenyeyGreensteinPhase(g)); });
+
+  double g1 = 0, g2 = 0, weight = 1;
   v.form("type", "double_henyey_greenstein");
-  v.sets(p.kind, PhaseKind::double_henyey_greenstein);
-  v.required("g1", p.g1, between(-1, 1), "mean cosine of the first lobe");
-  v.required("g2", p.g2, between(-1, 1), "mean cosine of the second lobe");
-  v.required("weight", p.weight, between(0, 1), "share of the first lobe");
+  v.required("g1", g1, between(-1, 1), "mean cosine of the first lobe");
+  v.required("g2", g2, between(-1, 1), "mean cosine of the second lobe");
+  v.required("weight", weight, between(0, 1), "share of the first lobe");
+  v.makes(p, [g1, g2, weight] { return PhaseFunction(DoubleHenyeyGreensteinPhase(g1, g2, weight)); });
+
+  PhaseTableDescription table;
   v.form("type", "table");
-  v.sets(p.kind, PhaseKind::table);
   v.exactly_one({"angle_deg", "file"});
-  v.optional("angle_deg", p.angle_deg, numbers(2, between(0, 180)), "scattering angles from 0 (forward) to 180");
-  v.optional("value", p.value, numbers(2, at_least(0), false), "phase function there, in any unit");
-  v.optional("file", p.file, any(), "table with the header angle_deg,value");
+  v.optional("angle_deg", table.angle_deg, numbers(2, between(0, 180)), "scattering angles from 0 (forward) to 180");
+  v.optional("value", table.value, numbers(2, at_least(0), false), "phase function there, in any unit");
+  v.optional("file", table.file, any(), "table with the header angle_deg,value");
+  v.phase_table(table, p);
 }
 
 template <class V>
@@ -105,9 +109,7 @@ void keys(V& v, MediumDescription& m) {
     v.required("extinction", m.extinction, at_least(0), "1/m per unit of density");
   }
   v.optional("albedo", m.albedo, between(0, 1), "scattered share of the extinction");
-  PhaseDescription phase;
-  v.optional("phase", phase, any(), "where scattered light goes");
-  v.phase_function(phase, m.phase);
+  v.optional("phase", m.phase, any(), "where scattered light goes");
 }
 
 template <class V>

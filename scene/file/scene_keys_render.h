@@ -1,6 +1,7 @@
 // The keys of how to compute. scene_keys.h says how they are read.
 #pragma once
 
+#include "photon/methods/method.h"
 #include "scene/file/scene_json.h"
 #include "scene/file/scene_limits.h"
 
@@ -8,7 +9,7 @@ namespace obscura::detail {
 
 template <class V>
 void keys(V& v, RenderDescription& r) {
-  v.optional("method", r.method, any(), "how multiple scattering is found");
+  v.optional("method", r.method, names(method_words()), "how multiple scattering is found; null: the plan chooses");
   v.optional("photons", r.photons, between(0, 4294967295.0), "photons emitted, per band");
   v.optional("nearest", r.nearest, between(1, 100000), "photons of a density estimate");
   v.optional("kernel", r.kernel, any(), "weight over the distance in a density estimate");

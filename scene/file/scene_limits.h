@@ -70,11 +70,6 @@ struct Words<Projection> {
                                                              {"fisheye", Projection::fisheye}}};
 };
 template <>
-struct Words<MethodKind> {
-  static constexpr std::array<EnumWord<MethodKind>, 3> list{
-      {{"photon", MethodKind::photon}, {"baked", MethodKind::baked, true}, {"path", MethodKind::path}}};
-};
-template <>
 struct Words<Kernel> {
   static constexpr std::array<EnumWord<Kernel>, 4> list{{{"constant", Kernel::constant},
                                                          {"epanechnikov", Kernel::epanechnikov},

@@ -91,6 +91,7 @@ Json schema_of(const Limits& limits) {
   } else if constexpr (std::is_integral_v<T>) {
     return number_schema("integer", limits);
   } else if constexpr (std::is_same_v<T, std::string> || std::is_same_v<T, std::filesystem::path>) {
+    if (!limits.names.empty()) return {{"enum", limits.names}};
     return {{"type", "string"}, {"minLength", 1}};
   } else if constexpr (std::is_same_v<T, Spectrum>) {
     return spectral_schema<T>(limits);

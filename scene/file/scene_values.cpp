@@ -102,7 +102,15 @@ bool read_integer(Findings& findings, const Json& json, const std::string& point
   return true;
 }
 
-bool read_value(Findings& findings, const Json& json, const std::string& pointer, std::string& value, const Limits&) {
+bool read_value(Findings& findings, const Json& json, const std::string& pointer, std::string& value,
+                const Limits& limits) {
+  if (!limits.names.empty()) {
+    std::vector<PlainWord> words;
+    for (const std::string& name : limits.names) words.push_back({name, false});
+    const int index = read_word(findings, json, pointer, words);
+    if (index >= 0) value = limits.names[static_cast<std::size_t>(index)];
+    return index >= 0;
+  }
   if (!json.is_string()) return refuse_type(findings, json, pointer, "a text", "put it between quotes");
   const std::string text = json.get<std::string>();
   const bool printable = std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 32 || c == 127; });

@@ -51,8 +51,8 @@ Known known_of(const Film& film, const std::vector<std::vector<std::vector<doubl
 /// Passes over one image by one recipe.
 class Passes {
  public:
-  Passes(Session& session, const Description& wish, const RunClock& clock, Accuracy& accuracy)
-      : session_(session), wish_(wish), clock_(clock), accuracy_(accuracy) {}
+  Passes(Session& session, const RunClock& clock, Accuracy& accuracy)
+      : session_(session), clock_(clock), accuracy_(accuracy) {}
 
   void begin(const Recipe& recipe) {
     accuracy_.recipe = recipe;
@@ -64,22 +64,22 @@ class Passes {
 
   void add(const Progress& progress) {
     const double start = clock_();
-    apply(accuracy_.recipe, wish_, wish_.render.seed + 0x9E3779B97F4A7C15u * ++number_, session_);
-    light.add_tallies(session_.light(progress));
+    const Method& method = accuracy_.recipe.method;
+    seed = session_.scene().render.seed + 0x9E3779B97F4A7C15u * ++number_;
+    if (const Light* photons = session_.estimator(method, seed, progress).light) light.add_tallies(*photons);
     const double lit = clock_();
-    Rendered pass = session_.render(progress);
+    const Plan& plan = session_.plan();
+    Rendered pass = session_.render(plan.camera, styled(plan.sampling, accuracy_.recipe.rays), method, seed, progress);
     const double end = clock_();
     accuracy_.photons_s += lit - start;
     accuracy_.image_s += end - lit;
     longest_s = std::max(longest_s, end - start);
-    if (accuracy_.recipe.method != MethodKind::path && !pass.film.partial()) {
+    if (method.type->photons && !pass.film.partial()) {
       for (int band = 0; band < pass.film.bands(); ++band)
         bias_[static_cast<std::size_t>(band)].push_back(film_error(pass.film, band).bias);
     }
     if (image) {
-      image->film.merge(pass.film);
-      image->counts += pass.counts;
-      image->rays += pass.rays;
+      image->merge(pass);
     } else {
       image = std::move(pass);
     }
@@ -89,12 +89,12 @@ class Passes {
 
   std::optional<Rendered> image;
   Light light;
+  std::uint64_t seed = 1;  // of the last
   Known known;
   double longest_s = 0;
 
  private:
   Session& session_;
-  const Description& wish_;
   const RunClock& clock_;
   Accuracy& accuracy_;
   std::uint64_t number_ = 0;
@@ -102,15 +102,15 @@ class Passes {
 };
 
 /// Another way where the bias of this one stands above the target; none: there is none.
-std::optional<Recipe> less_biased(const Recipe& recipe, const Description& wish, const Pilot& pilot) {
+std::optional<Recipe> less_biased(const Recipe& recipe, bool method_named, const Pilot& pilot) {
   Recipe other = recipe;
-  if (recipe.photons > 0 && recipe.photons * kMorePhotons <= pilot.most_photons) {
-    other.photons *= kMorePhotons;
+  if (recipe.method.photons > 0 && recipe.method.photons * kMorePhotons <= pilot.most_photons) {
+    other.method.photons *= kMorePhotons;
     return other;
   }
-  if (wish.render.method_given) return std::nullopt;
+  if (method_named) return std::nullopt;
   for (const PilotTrial& trial : pilot.trials) {
-    if (trial.recipe.method == MethodKind::path) return trial.recipe;
+    if (!trial.recipe.method.type->photons) return trial.recipe;
   }
   return std::nullopt;
 }
@@ -119,16 +119,16 @@ std::optional<Recipe> less_biased(const Recipe& recipe, const Description& wish,
 
 AccurateImage render_to_goal(Session& session, const AccuracyGoal& goal, const RunClock& clock,
                              const Progress& progress) {
-  const Description wish = session.scene();
-  AccurateImage result{{Film({wish.sensor.resolution, static_cast<int>(wish.bands.size())}), {}, {}}, {}, {}};
+  const Description& scene = session.scene();
+  AccurateImage result{{Film({scene.sensor.resolution, static_cast<int>(scene.bands.size())}), {}, {}}, {}, 1, {}, {}};
   Accuracy& accuracy = result.accuracy;
   accuracy.goal = goal;
   const double begin = clock();
-  const Pilot pilot = try_recipes(session, wish, goal, clock, progress);
+  const Pilot pilot = try_recipes(session, goal, clock, progress);
   accuracy.trials = pilot.trials;
   accuracy.pilot_s = clock() - begin;
 
-  Passes passes(session, wish, clock, accuracy);
+  Passes passes(session, clock, accuracy);
   passes.begin(pilot.recipe);
   while (accuracy.ended.empty()) {
     const auto foreseen = static_cast<std::uint64_t>(std::max(accuracy.passes + 1, pilot.passes.passes));
@@ -138,12 +138,12 @@ AccurateImage render_to_goal(Session& session, const AccuracyGoal& goal, const R
     const double target = goal.target_error.value_or(0);
     if (progress.cancelled()) {
       accuracy.ended = "cancelled";
-    } else if (accuracy.passes >= least_passes(accuracy.recipe) && known.high <= target) {
+    } else if (accuracy.passes >= least_passes(accuracy.recipe.method) && known.high <= target) {
       accuracy.ended = "target";
     } else if (goal.time_limit_s && clock() + kSlowPass * passes.longest_s > *goal.time_limit_s) {
       accuracy.ended = "time";
     } else if (target > 0 && std::sqrt(known.least_bias) + goal.dropped > kMostBias * target) {
-      if (const auto other = less_biased(accuracy.recipe, wish, pilot)) {
+      if (const auto other = less_biased(accuracy.recipe, !scene.render.method.empty(), pilot)) {
         passes.begin(*other);
       } else {
         accuracy.ended = "bias";
@@ -155,14 +155,10 @@ AccurateImage render_to_goal(Session& session, const AccuracyGoal& goal, const R
   accuracy.high = passes.known.high;
   accuracy.noise = std::sqrt(passes.known.noise);
   accuracy.bias = std::sqrt(passes.known.bias);
-  if (accuracy.recipe.method == MethodKind::photon && accuracy.recipe.photons == 0 && !progress.cancelled()) {
-    // For the report: where light goes.
-    accuracy.recipe.photons = wish.render.photons;
-    apply(accuracy.recipe, wish, wish.render.seed, session);
-    passes.light.add_tallies(session.light(progress));
-  }
   result.rendered = std::move(*passes.image);
   result.light = std::move(passes.light);
+  result.method = accuracy.recipe.method;
+  result.seed = passes.seed;
   return result;
 }
 

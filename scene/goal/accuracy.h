@@ -49,13 +49,14 @@ struct Accuracy {
 
 struct AccurateImage {
   Rendered rendered;
-  Light light;  ///< what all photons together did; the maps are the last pass's
-  Accuracy accuracy;
+  Method method;           ///< of each pass
+  std::uint64_t seed = 1;  ///< of the last pass
+  Light light;             ///< what all photons together did, without maps; empty: none were traced
+  Accuracy accuracy;       ///< `ended` is empty where there was no goal
 };
 
-/// Changes the session's settings to those of the last pass. Which way is taken depends on the machine's speed; what
-/// each pass gives does not.
-/// @throws as Session::light() and Session::render(), where every way is refused
+/// Which way is taken depends on the machine's speed; what each pass gives does not.
+/// @throws as Session::render(), where every way is refused
 AccurateImage render_to_goal(Session& session, const AccuracyGoal& goal, const RunClock& clock,
                              const Progress& progress = {});
 

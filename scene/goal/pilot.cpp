@@ -57,10 +57,9 @@ struct Score {
 
 class Trials {
  public:
-  Trials(Session& session, const Description& wish, const AccuracyGoal& goal, const RunClock& clock,
-         const Progress& progress)
-      : session_(session), wish_(wish), goal_(goal), clock_(clock), progress_(progress), begin_(clock()) {
-    const Film film({wish.sensor.resolution, 1});
+  Trials(Session& session, const AccuracyGoal& goal, const RunClock& clock, const Progress& progress)
+      : session_(session), goal_(goal), clock_(clock), progress_(progress), begin_(clock()) {
+    const Film film({session.scene().sensor.resolution, 1});
     tiles_ = spread_tiles(film);
     double pixels = 0;
     for (const int tile : tiles_) {
@@ -76,31 +75,31 @@ class Trials {
     for (int i = 0; i < session_.world().interval_count(); ++i) {
       scatters = scatters || session_.world().scatters(i) || session_.world().surfaces_reflect(i);
     }
-    const bool may_path = !wish_.render.method_given || wish_.render.method == MethodKind::path;
-    const bool may_map = !wish_.render.method_given || wish_.render.method == MethodKind::photon;
-    bool may_gather = may_map && wish_.render.final_gather.value_or(1) == 1 && !wish_.sensor.scattering_depth;
-    for (const BeamDescription& beam : wish_.beams) may_gather = may_gather && beam.radius_m > 0;
-    const bool may_plain = may_map && wish_.render.final_gather.value_or(0) == 0;
-
     if (!scatters) {
       // Photons would bring nothing.
-      Recipe recipe;
-      recipe.method = wish_.render.method;
-      for (const RayStyle rays : {RayStyle::wish, RayStyle::fine, RayStyle::uniform}) {
+      Recipe recipe{session_.plan().method};
+      recipe.method.photons = 0;
+      recipe.method.samples = kMostPoints;  // no limit to the rays of a pixel
+      for (const RayStyle rays : {RayStyle::as_described, RayStyle::fine, RayStyle::uniform}) {
         recipe.rays = rays;
         try_rays(recipe);
       }
     } else {
+      std::vector<const MethodType*> types;
+      std::ranges::copy_if(methods(), std::back_inserter(types), [this](const MethodType* t) { return may_try(*t); });
       // The cheapest to try goes first: what it promises bounds what may be spent on the others.
-      if (may_path) try_samples({MethodKind::path, false, 0, kFewSamples, RayStyle::uniform});
-      const std::uint64_t photons = std::min(kTrialPhotons, goal_.most_photons);
-      if (may_gather) try_samples({MethodKind::photon, true, photons, kFewSamples, RayStyle::uniform});
-      if (may_plain) try_samples({MethodKind::photon, false, photons, kFewSamples, RayStyle::uniform});
-      if (best_.trials.empty()) throw *refusal_;
-      if (wish_.sensor.antialiasing.adaptive()) try_style(RayStyle::wish);
+      std::ranges::stable_sort(types, {}, [](const MethodType* t) { return std::pair(t->photons, !t->samples); });
+      for (const MethodType* type : types) {
+        Recipe recipe{method_of(session_.scene(), *type), RayStyle::uniform};
+        recipe.method.photons = type->photons ? std::min(kTrialPhotons, goal_.most_photons) : 0;
+        recipe.method.samples = kFewSamples;
+        try_samples(recipe);
+      }
+      if (best_.trials.empty()) refuse();
+      try_style(RayStyle::as_described);
+      best_.recipe.method.samples = best_.passes.samples;
     }
-    if (best_.trials.empty()) throw *refusal_;
-    best_.recipe.samples = best_.passes.samples;
+    if (best_.trials.empty()) refuse();
     return std::move(best_);
   }
 
@@ -110,6 +109,22 @@ class Trials {
   }
   double target() const { return goal_.target_error ? *goal_.target_error - goal_.dropped : 0.0; }
 
+  [[noreturn]] void refuse() const {
+    if (refusal_) throw *refusal_;
+    throw NumericalError("target_error", "no method that the scene leaves open gets better by more work",
+                         "leave \"method\" or the target out");
+  }
+
+  /// Methods with a random error, by which more work makes a better image, as far as the scene leaves them open.
+  bool may_try(const MethodType& type) const {
+    const Description& scene = session_.scene();
+    if (!type.photons && !type.samples) return false;
+    if (!scene.render.method.empty() && scene.render.method != type.word) return false;
+    if (!type.photons) return true;
+    if (type.samples && scene.sensor.scattering_depth) return false;
+    return !scene.render.final_gather || (*scene.render.final_gather > 0) == type.samples;
+  }
+
   bool affordable(double seconds) const {
     if (best_.trials.empty()) return true;
     const double spent = clock_() - begin_;
@@ -118,17 +133,19 @@ class Trials {
   }
 
   Measurement measure(const Recipe& recipe) {
-    apply(recipe, wish_, ++seed_, session_);
+    ++seed_;
     const Progress part = progress_.part("pilot", static_cast<std::uint64_t>(best_.trials.size()), 8);
     const double begin = clock_();
-    const Light& light = session_.light(part);
+    const Light* light = session_.estimator(recipe.method, seed_, part).light;
     const double lit = clock_();
-    if (light.bytes > 0) {
-      best_.most_photons =
-          std::min(best_.most_photons, static_cast<std::uint64_t>(kMapBytes * static_cast<double>(light.emitted) /
-                                                                  static_cast<double>(light.bytes)));
+    if (light && light->bytes > 0) {
+      const double photons = kMapBytes * static_cast<double>(light->emitted) / static_cast<double>(light->bytes);
+      best_.most_photons = std::min(best_.most_photons, static_cast<std::uint64_t>(photons));
     }
-    const Film film = session_.render(part, tiles_).film;
+    const Plan& plan = session_.plan();
+    SamplerSettings sampling = styled(plan.sampling, recipe.rays);
+    sampling.tiles = tiles_;
+    const Film film = session_.render(plan.camera, sampling, recipe.method, seed_, part).film;
     Measurement result{lit - begin, (clock_() - lit) * whole_, 0, {}};
     for (int band = 0; band < film.bands(); ++band) {
       FilmError error = film_error(film, band);
@@ -149,8 +166,8 @@ class Trials {
   void try_samples(Recipe recipe) {
     try {
       // What a first trial costs is not known: about as much as the one before, and its photons.
-      if (!affordable(first_s_ + kPhoton_s * static_cast<double>(recipe.photons))) return;
-      const bool sampled = recipe.method == MethodKind::path || recipe.gather;
+      if (!affordable(first_s_ + kPhoton_s * static_cast<double>(recipe.method.photons))) return;
+      const bool sampled = recipe.method.type->samples;
       const double begin = clock_();
       const Measurement few = measure(recipe);
       first_s_ = clock_() - begin;
@@ -159,12 +176,12 @@ class Trials {
       model.map_s = model.fixed_s = few.map_s;
       model.sample_s = few.image_s / kFewSamples;
       model.noise = few.square * kFewSamples;
-      if (recipe.method == MethodKind::photon) model.bias = std::max(0.0, bias_of(few, few));
+      if (recipe.method.type->photons) model.bias = std::max(0.0, bias_of(few, few));
       PassPlan passes;
       const Score score = score_of(model, time_left(), passes);
       const double more_s = first_s_ * kMoreSamples / kFewSamples;
       if (affordable(more_s) && (score.reach != Score::target || more_s < kTrialShare * passes.seconds)) {
-        recipe.samples = kMoreSamples;
+        recipe.method.samples = kMoreSamples;
         const Measurement more = measure(recipe);
         const double spread = kMoreSamples - kFewSamples;
         model.map_s = std::min(few.map_s, more.map_s);
@@ -174,7 +191,7 @@ class Trials {
         model.noise = std::max((few.square - more.square) * kFewSamples * kMoreSamples / spread,
                                kLeastShare * more.square * kMoreSamples);
         model.floor = std::max(0.0, more.square - model.noise / kMoreSamples);
-        if (recipe.method == MethodKind::photon) model.bias = std::max(0.0, bias_of(few, more));
+        if (recipe.method.type->photons) model.bias = std::max(0.0, bias_of(few, more));
       }
       consider(recipe, model, clock_() - begin);
     } catch (const NumericalError& error) {
@@ -207,16 +224,16 @@ class Trials {
   void try_style(RayStyle style) {
     Recipe recipe = best_.recipe;
     recipe.rays = style;
-    recipe.photons = std::min(recipe.photons, kTrialPhotons);
-    recipe.samples = std::clamp(best_.passes.samples, kFewSamples, kMoreSamples);
+    recipe.method.photons = std::min(recipe.method.photons, kTrialPhotons);
+    recipe.method.samples = std::clamp(best_.passes.samples, kFewSamples, kMoreSamples);
     const RecipeModel& known = best_.model;
-    if (!affordable((known.fixed_s - known.map_s + known.sample_s * recipe.samples) / whole_)) return;
+    if (!affordable((known.fixed_s - known.map_s + known.sample_s * recipe.method.samples) / whole_)) return;
     const double begin = clock_();
     const Measurement measured = measure(recipe);
     RecipeModel model = known;
-    model.fixed_s = known.map_s + std::max(0.0, measured.image_s - known.sample_s * recipe.samples);
-    model.floor = std::max(0.0, measured.square - known.noise / recipe.samples);
-    recipe.photons = best_.recipe.photons;
+    model.fixed_s = known.map_s + std::max(0.0, measured.image_s - known.sample_s * recipe.method.samples);
+    model.floor = std::max(0.0, measured.square - known.noise / recipe.method.samples);
+    recipe.method.photons = best_.recipe.method.photons;
     consider(recipe, model, clock_() - begin, false);
   }
 
@@ -225,24 +242,24 @@ class Trials {
     PilotTrial trial{recipe, seconds, 0, 0};
     Score best_of_trial;
     const double left = time_left();
-    const std::uint64_t photons = recipe.photons;
+    const std::uint64_t photons = recipe.method.photons;
     for (double times = 1; times <= 256; times *= 2) {
-      if (times > 1 && (recipe.method != MethodKind::photon || !vary_photons ||
+      if (times > 1 && (!recipe.method.type->photons || !vary_photons ||
                         static_cast<double>(photons) * times > static_cast<double>(best_.most_photons)))
         break;
       RecipeModel model = measured;
       model.least_samples = recipe.rays == RayStyle::uniform ? kUniformRays : 1;
-      model.least_passes = least_passes(recipe);
+      model.least_passes = least_passes(recipe.method);
       model.map_s *= times;
       model.fixed_s += model.map_s - measured.map_s;
       model.bias *= std::pow(times, -4.0 / 3.0);
-      recipe.photons = static_cast<std::uint64_t>(static_cast<double>(photons) * times);
+      recipe.method.photons = static_cast<std::uint64_t>(static_cast<double>(photons) * times);
       PassPlan passes;
       const Score score = score_of(model, left, passes);
       if (score < best_of_trial) {
         best_of_trial = score;
         trial.recipe = recipe;
-        trial.recipe.samples = passes.samples;
+        trial.recipe.method.samples = passes.samples;
         trial.predicted_s = score.reach == Score::target ? passes.seconds : 0.0;
         trial.predicted_error = passes.error;
       }
@@ -276,7 +293,6 @@ class Trials {
   }
 
   Session& session_;
-  const Description& wish_;
   const AccuracyGoal& goal_;
   const RunClock& clock_;
   const Progress& progress_;
@@ -292,9 +308,8 @@ class Trials {
 
 }  // namespace
 
-Pilot try_recipes(Session& session, const Description& wish, const AccuracyGoal& goal, const RunClock& clock,
-                  const Progress& progress) {
-  return Trials(session, wish, goal, clock, progress).run();
+Pilot try_recipes(Session& session, const AccuracyGoal& goal, const RunClock& clock, const Progress& progress) {
+  return Trials(session, goal, clock, progress).run();
 }
 
 }  // namespace obscura

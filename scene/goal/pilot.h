@@ -17,7 +17,6 @@ struct Pilot {
 };
 
 /// @throws where every way is refused, as the last of them
-Pilot try_recipes(Session& session, const Description& wish, const AccuracyGoal& goal, const RunClock& clock,
-                  const Progress& progress);
+Pilot try_recipes(Session& session, const AccuracyGoal& goal, const RunClock& clock, const Progress& progress);
 
 }  // namespace obscura

@@ -1,12 +1,9 @@
 #include "scene/goal/recipe.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "photon/paths/radiance.h"
-#include "scene/session/session.h"
 
 namespace obscura {
 namespace {
@@ -28,15 +25,8 @@ int whole(double samples, const RecipeModel& model) {
 
 }  // namespace
 
-const char* Recipe::name() const noexcept {
-  if (method == MethodKind::path) return "path";
-  return gather ? "photon with final gather" : "photon";
-}
-
 std::string Recipe::text() const {
-  std::string text = name();
-  if (method != MethodKind::path) text += fmt::format(", {} photons", photons);
-  if (method == MethodKind::path || gather) text += fmt::format(", {} samples", samples);
+  std::string text = obscura::text(method);
   if (rays == RayStyle::uniform) text += ", 4 rays a pixel";
   if (rays == RayStyle::fine) text += ", finer rays";
   return text;
@@ -73,28 +63,21 @@ PassPlan plan_for_time(const RecipeModel& model, double seconds) {
   return plan;
 }
 
-void apply(const Recipe& recipe, const Description& wish, std::uint64_t seed, Session& session) {
-  RenderDescription render = wish.render;
-  render.method = recipe.method;
-  render.seed = seed;
-  render.samples = recipe.samples;
-  if (recipe.method == MethodKind::photon) {
-    render.photons = recipe.photons;
-    render.final_gather = recipe.gather ? 1 : 0;
-  }
-  SensorDescription sensor = wish.sensor;
-  AntialiasingDescription& limits = sensor.antialiasing;
-  if (recipe.rays == RayStyle::uniform) {
-    limits.polygons = 0;
-    sensor.max_oversampling = std::max(kUniformRays, limits.adaptive() ? 0 : sensor.max_oversampling);
-  } else if (recipe.rays == RayStyle::fine) {
-    sensor.max_oversampling *= 4;
-    for (double* limit : {&limits.depth, &limits.temperature_K, &limits.emissivity, &limits.shadow,
-                          &limits.transmission, &limits.radiance}) {
-      *limit *= 0.5;
+SamplerSettings styled(SamplerSettings sampling, RayStyle style) {
+  if (style == RayStyle::uniform) {
+    sampling.max_oversampling = kUniformRays;
+    sampling.adaptive.reset();
+  } else if (style == RayStyle::fine) {
+    sampling.max_oversampling *= 4;
+    if (!sampling.adaptive) return sampling;
+    AdaptiveSettings& limits = *sampling.adaptive;
+    for (std::optional<double>* limit :
+         {&limits.geometry.depth, &limits.geometry.temperature_K, &limits.geometry.emissivity, &limits.shadow,
+          &limits.transmission, &limits.radiance}) {
+      if (*limit) **limit *= 0.5;
     }
   }
-  session.set(std::move(sensor), render);
+  return sampling;
 }
 
 }  // namespace obscura

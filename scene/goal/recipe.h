@@ -6,30 +6,24 @@
 #include <optional>
 #include <string>
 
-#include "scene/file/description.h"
+#include "photon/methods/method.h"
+#include "sensor/capture/sampler.h"
 
 namespace obscura {
 
-class Session;
-
 /// How the rays of a pixel are placed.
 enum class RayStyle {
-  wish,     ///< as the scene's sensor wants it
-  uniform,  ///< four in every pixel: where light is noisy, rays that decide cost more than they give
-  fine      ///< four times as many as the scene wants, at half its thresholds
+  as_described,  ///< by the scene's sensor
+  uniform,       ///< four in every pixel: where light is noisy, rays that decide cost more than they give
+  fine           ///< four times as many as the scene describes, at half its thresholds
 };
 
 struct Recipe {
-  MethodKind method = MethodKind::path;
-  bool gather = false;        ///< of method photon
-  std::uint64_t photons = 0;  ///< of a pass, per band
-  int samples = 1;            ///< of a pass, per pixel
-  RayStyle rays = RayStyle::wish;
+  Method method;  ///< photons and samples are those of a pass
+  RayStyle rays = RayStyle::as_described;
 
-  /// "photon with final gather, 200000 photons, 32 samples"
+  /// "final gather, 200000 photons, 32 samples, finer rays"
   std::string text() const;
-  /// "photon", "photon with final gather", "path"
-  const char* name() const noexcept;
 };
 
 /// Seconds and squared image error of a pass over the whole picture with `samples` samples:
@@ -64,17 +58,14 @@ inline constexpr int kUniformRays = 4;
 /// needed, not all again.
 inline constexpr int kFewestPasses = 2;
 /// Passes that know their own error: a photon map's bias is told by two maps.
-inline int least_passes(const Recipe& recipe) {
-  return recipe.method == MethodKind::photon && recipe.photons > 0 ? 2 : 1;
-}
+inline int least_passes(const Method& method) { return method.type->photons && method.photons > 0 ? 2 : 1; }
 
 /// The cheapest plan for an image error; none where the bias alone exceeds it.
 std::optional<PassPlan> plan_for_error(const RecipeModel& model, double image_error);
 /// The most accurate plan for a time; at least one pass of one sample, however long it takes.
 PassPlan plan_for_time(const RecipeModel& model, double seconds);
 
-/// Makes the session's next images by this recipe.
-/// @param wish the scene's own settings; photons of a batch and so on stay as they are there
-void apply(const Recipe& recipe, const Description& wish, std::uint64_t seed, Session& session);
+/// The sensor's sampling in a style.
+SamplerSettings styled(SamplerSettings described, RayStyle style);
 
 }  // namespace obscura

@@ -7,8 +7,8 @@
 #include <numeric>
 
 #include "octree/base/error.h"
-#include "photon/paths/path_tracer.h"
 #include "scene/file/scene_words.h"
+#include "scene/run/origin.h"
 #include "scene/session/session.h"
 #include "sensor/sight/sight.h"
 
@@ -41,14 +41,13 @@ std::vector<float> dense(const std::vector<std::pair<std::uint32_t, float>>& sha
 
 /// Objects whose lines of sight can be told from their surroundings': those asked for, or all that are wholly in the
 /// picture.
-InView objects_in_view(const Session& session, const ObscurationWish& wish, const Progress& progress) {
+InView objects_in_view(Session& session, const ObscurationWish& wish, const Progress& progress) {
   const Camera camera(session.plan().camera);
   const auto shares = object_shares(session.world(), camera, progress);
   if (progress.cancelled()) throw NumericalError("obscuration", kStopped);
   const std::vector<ObjectDescription>& objects = session.scene().objects;
   const auto pixels = static_cast<std::size_t>(camera.columns()) * static_cast<std::size_t>(camera.rows());
-  const Plan& plan = session.plan();
-  const double lines = std::ceil(static_cast<double>(plan.sampling.max_oversampling) * plan.passes / wish.replicas);
+  const double lines = std::ceil(static_cast<double>(session.rays_per_pixel()) / wish.replicas);
 
   std::vector<std::string> seen;
   for (std::size_t o = 0; o < objects.size(); ++o) {
@@ -110,21 +109,6 @@ void require_names(const Description& scene, const ObscurationWish& wish) {
   if (!problems.empty()) throw InputError(std::move(problems));
 }
 
-/// The scene's picture as the render command would make it.
-Image picture(Session& session, double time_s, const Progress& progress) {
-  const Description& scene = session.scene();
-  ImageOrigin origin;
-  origin.camera = session.plan().camera;
-  origin.seed = scene.render.seed;
-  origin.scene_name = scene.name;
-  origin.scene_hash = scene.hash;
-  origin.method = scene.render.method == MethodKind::path ? "path" : "photon";
-  origin.time_s = time_s;
-  origin.has_bias = scene.render.method != MethodKind::path;
-  origin.has_atmosphere = session.world().atmosphere().has_value();
-  return develop(session.render(progress).film, session.world().bands(), origin);
-}
-
 /// Anomalies among what was done.
 struct Tally {
   std::uint64_t anomalies = 0, work = 0;
@@ -147,22 +131,16 @@ std::optional<double> noise_K(const DetectorSettings& detector, std::span<const 
   return std::nullopt;
 }
 
-/// Both looks are estimated in one way, or the methods would be part of what they differ by: the plan of a scene
-/// without clouds may see no need to gather.
-RenderDescription one_way(const Session& cloudy, std::vector<std::string>& warnings) {
-  const Description& scene = cloudy.scene();
-  RenderDescription render = scene.render;
-  if (render.method != MethodKind::photon) return render;
-  bool reflects = false;
-  for (int i = 0; i < cloudy.world().interval_count(); ++i) reflects = reflects || cloudy.world().surfaces_reflect(i);
-  render.final_gather = cloudy.plan().radiance.gather_bounces > 0 ? 1 : 0;
-  if (reflects && render.final_gather == 0) {
+/// The blur of a map is no part of any interval.
+void warn_of_blur(Session& cloudy, const Method& method, std::vector<std::string>& warnings) {
+  if (method.type != &kPhotonMap) return;
+  for (int i = 0; i < cloudy.world().interval_count(); ++i) {
+    if (!cloudy.world().surfaces_reflect(i)) continue;
     warnings.emplace_back(
         "surfaces reflect and nothing is gathered: the blur of the photon map, which no interval holds, may be larger "
-        "than "
-        "the contrast; compare with --method path");
+        "than the contrast; compare with --method path");
+    return;
   }
-  return render;
 }
 
 /// Replicas by target and band.
@@ -190,32 +168,33 @@ Obscuration find_obscuration(const Description& scene, const ObscurationWish& wi
     result.wish.thresholds.difference_K = noise_K(detector, cloudy.world().bands());
   }
 
-  const RenderDescription alike = one_way(cloudy, result.warnings);
+  // Both looks are estimated in one way, or the methods would be part of what they differ by.
+  const Method method = cloudy.plan().method;
+  warn_of_blur(cloudy, method, result.warnings);
 
   Found found(view.targets.size(), std::vector<std::vector<SightReplica>>(scene.bands.size()));
   Tally tally;
   for (int replica = 0; replica < wish.replicas && !progress.cancelled(); ++replica) {
     // The first replica has the scene's own seed: its photons make the pictures too.
-    RenderDescription render = alike;
-    render.seed += 1000003 * static_cast<std::uint64_t>(replica);
+    const std::uint64_t seed = scene.render.seed + 1000003 * static_cast<std::uint64_t>(replica);
     std::vector<std::vector<Sight>> sights(2);
     for (std::size_t side = 0; side < 2; ++side) {
       Session& session = side == 0 ? cloudy : clear;
       const Progress part = progress.part("replicas", 2 * static_cast<std::uint64_t>(replica) + side,
                                           2 * static_cast<std::uint64_t>(wish.replicas));
-      session.set_render(render);
-      if (session.plan().radiance.gather_bounces > 0) refuse_unfit_paths(session.world());
-      const Light& light = session.light(part);
-      tally.add(light);
+      const Estimator estimator = session.estimator(method, seed, part);
+      if (estimator.light) tally.add(*estimator.light);
+      const CameraSettings& camera = session.plan().camera;
       for (const Target& target : view.targets) {
-        const SightRays rays =
-            sight_rays(Camera(session.plan().camera), target.mask, target.lines_per_pixel, render.seed);
-        sights[side].push_back(look(session.world(), light.maps, session.plan().radiance, rays,
-                                    static_cast<std::uint32_t>(target.index), part));
+        const SightRays rays = sight_rays(Camera(camera), target.mask, target.lines_per_pixel, seed);
+        sights[side].push_back(
+            look(session.world(), estimator.radiance, rays, static_cast<std::uint32_t>(target.index), part));
         tally.add(sights[side].back().counts);
       }
       if (replica == 0 && wish.pictures && !progress.cancelled()) {
-        (side == 0 ? result.with : result.without) = picture(session, result.time_s, progress);
+        const Film film = session.render(camera, session.plan().sampling, method, seed, part).film;
+        (side == 0 ? result.with : result.without) =
+            develop(film, session.world().bands(), origin_of(session, method, seed, result.time_s));
       }
     }
     if (progress.cancelled()) break;

@@ -47,7 +47,7 @@ void MeshBuilder::polygon(std::span<const std::uint32_t> corners) {
   if (corners.size() == 3) {
     mesh.faces.push_back({corners[0], corners[1], corners[2]});
   } else {
-    // From the first polygon on that is no triangle, a triangle has not the number of its face.
+    // Before the first polygon that is no triangle, each triangle has the number of its face.
     if (out_.face_numbers.empty()) {
       for (std::size_t i = 0; i < before; ++i) out_.face_numbers.push_back(static_cast<std::uint32_t>(i));
     }

@@ -3,17 +3,18 @@
 #pragma once
 
 #include "photon/limits/media_summary.h"
-#include "photon/trace/trace.h"
+#include "photon/methods/method.h"
 #include "scene/file/description.h"
 #include "scene/plan/plan_row.h"
 #include "scene/world/reduce.h"
-#include "sensor/capture/render.h"
+#include "sensor/capture/camera.h"
+#include "sensor/capture/sampler.h"
 
 namespace obscura {
 
 /// The method that will reach the same error sooner, and what the scene's settings will cost by either.
 struct MethodChoice {
-  MethodKind cheaper = MethodKind::photon;
+  const MethodType* cheaper = &kPhotonMap;
   std::string reason;
   double photon_s = 0;  ///< seconds of one core
   double path_s = 0;
@@ -22,19 +23,21 @@ struct MethodChoice {
 struct Plan {
   std::vector<PlanRow> effects;  ///< named as in the report
   CameraSettings camera;
-  SamplerSettings sampling;
-  TraceSettings trace;
-  RadianceSettings radiance;
-  /// Passes over the image, each with random numbers of its own: more samples than one pass can hold.
-  int passes = 1;
-  bool maps = true;  ///< photon maps are made
-  Cuts cuts;         ///< what the World does not hold
+  SamplerSettings sampling;  ///< as the sensor is described; how rays share samples is the method's affair
+  /// The one that the scene names, or the cheaper one, with the scene's settings.
+  Method method;
+  const MethodType* photon = &kPhotonMap;  ///< of the methods by photons the one that suits the scene
+  EstimatorSettings estimator;             ///< what is left of the light's effects
+  Cuts cuts;                               ///< what the World does not hold
   BudgetReport budget;
-  MethodChoice method;
+  MethodChoice choice;
   std::vector<std::string> warnings;
 };
 
 CameraSettings camera_of(const SensorDescription& sensor);
+
+/// The settings of the scene for a method.
+Method method_of(const Description& scene, const MethodType& type);
 
 /// The error that a plan may spend where the scene names no target (scene/FORMAT.md, "Plan and budget").
 inline constexpr double kDefaultBudget = 1e-3;

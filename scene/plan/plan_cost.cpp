@@ -39,7 +39,7 @@ Costs predict_costs(const Description& scene, const MediaSummary& summary, const
   const double pixels = static_cast<double>(sensor.resolution[0]) * sensor.resolution[1];
   const double most = sensor.max_oversampling;
   const double rays = pixels * (sensor.antialiasing.adaptive() ? 1 + kSpotRays * (most - 1) : most);
-  const bool path = render.method == MethodKind::path;
+  const bool path = settings.path;
   const auto cost_of = [&costs](std::size_t effect) -> double& { return costs.effects[effect]; };
   double common = 0, photon = 0, paths = 0;
 

@@ -16,6 +16,7 @@ struct Costs {
 struct CostSettings {
   bool gathers = false;                 ///< method photon asks its map behind a bounce
   bool single = true, multiple = true;  ///< these effects are on
+  bool path = false;                    ///< effects cost what they do by method path
 };
 
 Costs predict_costs(const Description& scene, const MediaSummary& summary, const CostSettings& settings);

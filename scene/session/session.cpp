@@ -3,34 +3,27 @@
 #include <algorithm>
 #include <utility>
 
-#include "octree/base/error.h"
-#include "photon/paths/path_tracer.h"
 #include "sensor/capture/view.h"
 
 namespace obscura {
 namespace {
 
-/// Enough to tell where power goes to some tenths of a per cent.
-constexpr std::uint64_t kBalancePhotons = 65536;
-
-std::vector<FluxRectangle> rectangles_of(const Description& scene) {
-  std::vector<FluxRectangle> rectangles;
-  for (const FluxDescription& flux : scene.flux) {
-    const Vec3d normal = flux.normal.normalized();
-    const auto [u, v] = rectangle_sides(normal);
-    rectangles.push_back({flux.center_m, flux.size_m[0] * u, flux.size_m[1] * v});
+/// How the rays of a pixel share the paths that a method draws. What is more than a pass can hold goes into further
+/// passes, unless they would ask the same map: such passes are not independent.
+struct Shared {
+  SamplerSettings sampling;
+  int passes = 1;
+};
+Shared share_samples(const Method& method, const EstimatorSettings& settings, SamplerSettings sampling) {
+  Shared shared;
+  if (draws_paths(method, settings)) {
+    // Where all pixels have as many rays, none is without a sample.
+    if (!sampling.adaptive) sampling.max_oversampling = std::min(sampling.max_oversampling, method.samples);
+    if (!method.type->photons) shared.passes = (method.samples + kMostPoints - 1) / kMostPoints;
+    sampling.samples = (method.samples + shared.passes - 1) / shared.passes;
   }
-  return rectangles;
-}
-
-bool same_photons(const TraceSettings& a, const TraceSettings& b) {
-  return a.photons == b.photons && a.photon_power_min == b.photon_power_min && a.directions == b.directions &&
-         a.scattering_depth == b.scattering_depth && a.seed == b.seed;
-}
-
-bool same_view(const SensorDescription& a, const SensorDescription& b) {
-  return a.position_m == b.position_m && a.look_at_m == b.look_at_m && a.up == b.up && a.projection == b.projection &&
-         a.fov_deg == b.fov_deg && a.width_m == b.width_m && a.resolution == b.resolution;
+  shared.sampling = std::move(sampling);
+  return shared;
 }
 
 }  // namespace
@@ -40,8 +33,16 @@ Session::Session(Description scene, double time_s, const Progress& progress, std
       budget_(budget),
       built_(build_world(with_fewest_intervals(scene_), time_s, progress)),
       has_atmosphere_(built_.world.atmosphere().has_value()),
-      rectangles_(rectangles_of(scene_)) {
-  summary_ = summarize(built_.world, view_of(Camera(camera_of(scene_.sensor))));
+      own_view_(camera_of(scene_.sensor)),
+      view_(own_view_),
+      summary_(summarize(built_.world, view_of(Camera(view_)))) {
+  make_plan();
+}
+
+void Session::see(const CameraSettings& view) {
+  if (view == view_) return;
+  view_ = view;
+  summary_ = whole_ ? summarize(World(*whole_), view_of(Camera(view))) : summarize(built_.world, view_of(Camera(view)));
   make_plan();
 }
 
@@ -50,75 +51,63 @@ void Session::make_plan() {
       obscura::make_plan(scene_, summary_, budget_.value_or(scene_.render.target_error.value_or(kDefaultBudget)));
   if (plan.cuts != plan_.cuts) {
     // Octrees and meshes are shared; what finds surfaces exists once at a time.
-    if (!whole_) whole_ = world().contents();
+    if (!whole_) whole_ = built_.world.contents();
+    solved_.reset();
     built_.world = World({});
     built_.world = World(plan.cuts.any() ? reduced(*whole_, plan.cuts) : *whole_);
     if (!plan.cuts.any()) whole_.reset();
-    light_.reset();
   }
   plan_ = std::move(plan);
 }
 
-const Light& Session::light(const Progress& progress) {
-  if (!light_) {
-    light_ = plan_.maps ? trace_light(world(), plan_.trace, rectangles_, progress) : balance(progress);
+Estimator Session::estimate(const Method& method, const SamplerSettings& sampling, std::uint64_t seed,
+                            const Progress& progress) {
+  EstimatorSettings settings = plan_.estimator;
+  settings.seed = seed;
+  if (auto refusal = unfit(built_.world, method, settings)) throw *refusal;
+  const SolutionBasis basis = method.type->basis(method, settings);
+  if (!solved_ || !(solved_->basis == basis)) {
+    solved_.reset();
+    solved_ = {basis, method.type->solve(built_.world, method, settings, progress)};
   }
-  return *light_;
-}
-
-Light Session::balance(const Progress& progress) const {
-  if (scene_.render.method == MethodKind::path) return {};
-  TraceSettings few = plan_.trace;
-  few.photons = std::min(few.photons, kBalancePhotons);
-  few.store = false;
-  try {
-    Light light = trace_light(world(), few, {}, progress);
-    light.maps.clear();
-    return light;
-  } catch (const NumericalError&) {
-    // Photons do not serve the World, and the image does not need them.
-    return {};
+  // For callers that ask along single rays, such as probes.
+  if (draws_paths(method, settings)) {
+    const Shared shared = share_samples(method, settings, sampling);
+    const int rays = shared.sampling.max_oversampling;
+    settings.paths_per_ray = std::clamp((method.samples + rays - 1) / rays, 1, kMostPoints);
   }
+  return method.type->estimator(built_.world, method, settings, solved_->solution);
 }
 
-void Session::look_from(const SensorDescription& sensor) { set(sensor, scene_.render); }
-
-void Session::set(SensorDescription sensor, const RenderDescription& render) {
-  const bool looks = !same_view(sensor, scene_.sensor);
-  scene_.sensor = std::move(sensor);
-  if (looks) {
-    // Another view may call for what this one did without.
-    const CameraView view = view_of(Camera(camera_of(scene_.sensor)));
-    summary_ = whole_ ? summarize(World(*whole_), view) : summarize(world(), view);
-  }
-  set_render(render);
+int Session::rays_per_pixel() {
+  see(own_view_);
+  const Shared shared = share_samples(plan_.method, plan_.estimator, plan_.sampling);
+  return shared.passes * shared.sampling.max_oversampling;
 }
 
-void Session::set_render(const RenderDescription& render) {
-  const TraceSettings traced = plan_.trace;
-  const bool maps = plan_.maps;
-  scene_.render = render;
-  make_plan();
-  if (!same_photons(plan_.trace, traced) || plan_.maps != maps) light_.reset();
+Estimator Session::estimator(const Method& method, std::uint64_t seed, const Progress& progress) {
+  see(own_view_);
+  return estimate(method, plan_.sampling, seed, progress);
 }
 
-Rendered Session::render(const Progress& progress, std::vector<int> tiles) {
-  if (plan_.radiance.gather_bounces > 0) refuse_unfit_paths(world());
-  const Light& traced = light(progress);
-  const auto pass = [&](int number) {
-    SamplerSettings sampling = plan_.sampling;
-    sampling.pass = static_cast<std::uint32_t>(number);
-    sampling.tiles = tiles;
-    return obscura::render(world(), traced.maps, Camera(plan_.camera), sampling, plan_.radiance, progress);
-  };
-  Rendered image = pass(0);
-  for (int number = 1; number < plan_.passes && !progress.cancelled(); ++number) {
-    const Rendered more = pass(number);
-    image.film.merge(more.film);
-    image.counts += more.counts;
-    image.rays += more.rays;
+Rendered Session::render(const CameraSettings& view, const SamplerSettings& sampling, const Method& method,
+                         std::uint64_t seed, const Progress& progress) {
+  see(view);
+  const Estimator estimator = estimate(method, sampling, seed, progress);
+  const Camera camera(view);
+  auto [shared, passes] = share_samples(method, plan_.estimator, sampling);
+  shared.seed = seed;
+  Rendered image = obscura::render(built_.world, estimator.radiance, camera, shared, progress);
+  for (int pass = 1; pass < passes && !progress.cancelled(); ++pass) {
+    shared.pass = static_cast<std::uint32_t>(pass);
+    image.merge(obscura::render(built_.world, estimator.radiance, camera, shared, progress));
   }
   return image;
+}
+
+Rendered Session::render(const Progress& progress) {
+  see(own_view_);
+  return render(own_view_, plan_.sampling, plan_.method, scene_.render.seed, progress);
 }
 
 }  // namespace obscura

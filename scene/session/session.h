@@ -1,11 +1,12 @@
-// What stays when a run repeats: the World, its plan and its photon maps. Only what changed is made anew.
+// What stays when a run repeats: the World, its plan and what methods make once. Results depend on
+// the arguments alone, never on what was asked for before; only what the arguments change is made anew.
 #pragma once
 
 #include <optional>
 
-#include "photon/trace/light.h"
 #include "scene/plan/plan.h"
 #include "scene/world/build_world.h"
+#include "sensor/capture/render.h"
 
 namespace obscura {
 
@@ -19,45 +20,53 @@ class Session {
   Session(Description scene, double time_s, const Progress& progress = {}, std::optional<double> budget = std::nullopt);
 
   const Description& scene() const noexcept { return scene_; }
-  const World& world() const noexcept { return built_.world; }
   const std::vector<OctreeRecord>& octrees() const noexcept { return built_.octrees; }
-  const Plan& plan() const noexcept { return plan_; }
-  /// What the whole World can do, with what the plan leaves out.
-  const MediaSummary& summary() const noexcept { return summary_; }
   /// The whole World has air that absorbs.
   bool has_atmosphere() const noexcept { return has_atmosphere_; }
-  const std::vector<FluxRectangle>& rectangles() const noexcept { return rectangles_; }
 
-  /// The photon maps, traced at the first call; of method path nothing. Where the plan needs no maps, some photons
-  /// tell what becomes of the power, and none is stored. @throws as trace_light()
-  const Light& light(const Progress& progress = {});
+  /// For the scene's own camera. All are valid until another view is asked for.
+  const World& world() { return see(own_view_), built_.world; }
+  const Plan& plan() { return see(own_view_), plan_; }
+  /// For any camera.
+  const World& world(const CameraSettings& view) { return see(view), built_.world; }
+  const Plan& plan(const CameraSettings& view) { return see(view), plan_; }
+  /// What the whole World can do, with what the plan leaves out.
+  const MediaSummary& summary() { return see(own_view_), summary_; }
 
-  /// Another camera: World and photon maps stay.
-  void look_from(const SensorDescription& sensor);
-  /// Other settings of the method: the World stays, and the maps too where only gathering changed.
-  /// The octree's tolerance is fixed at construction; a different one is ignored.
-  void set_render(const RenderDescription& render);
-  /// Both at once.
-  void set(SensorDescription sensor, const RenderDescription& render);
+  /// Rays that a pixel has at most, by the scene's method and over all passes.
+  int rays_per_pixel();
 
-  /// The image of the present camera. @throws as light() and refuse_unfit_paths()
-  /// @param tiles of the film to be done; none: all
-  Rendered render(const Progress& progress = {}, std::vector<int> tiles = {});
+  /// The method's answers in the World that the scene's own camera sees. What the method makes once is kept until other
+  /// settings of it are asked for. @throws NumericalError where the method cannot serve; ResourceError
+  Estimator estimator(const Method& method, std::uint64_t seed, const Progress& progress = {});
+
+  /// The image of a view. More samples than one pass can hold become passes. @throws as estimator()
+  Rendered render(const CameraSettings& view, const SamplerSettings& sampling, const Method& method, std::uint64_t seed,
+                  const Progress& progress = {});
+  /// As the scene describes it, and its plan.
+  Rendered render(const Progress& progress = {});
 
  private:
-  /// For the present scene and summary; brings the World in line with it.
+  /// Makes World and plan anew where another view needs something that they leave out.
+  void see(const CameraSettings& view);
   void make_plan();
-  Light balance(const Progress& progress) const;
+  Estimator estimate(const Method& method, const SamplerSettings& sampling, std::uint64_t seed,
+                     const Progress& progress);
 
   Description scene_;
   std::optional<double> budget_;
   BuiltWorld built_;
   std::optional<WorldContents> whole_;  // where the World is not all of it
   bool has_atmosphere_;
+  CameraSettings own_view_, view_;
   MediaSummary summary_;
   Plan plan_;
-  std::vector<FluxRectangle> rectangles_;
-  std::optional<Light> light_;
+
+  struct Solved {
+    SolutionBasis basis;
+    Solution solution;
+  };
+  std::optional<Solved> solved_;
 };
 
 }  // namespace obscura

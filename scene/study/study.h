@@ -78,7 +78,7 @@ struct StudyReference {
 
 /// How an error falls with the time that it costs, along a method's ladder.
 struct StudySlope {
-  StudyMethod method = StudyMethod::path;
+  const MethodType* method = &kPathTracer;
   std::string what;  ///< "error", "noise", "bias"
   PowerLaw law;      ///< against CPU seconds of map and image
 };
@@ -87,7 +87,7 @@ struct StudySlope {
 struct StudyTarget {
   double error = 0;
   int run = -1;                 ///< none: -1
-  std::vector<int> per_method;  ///< likewise among the runs of each method, by StudyMethod
+  std::vector<int> per_method;  ///< likewise among the runs of each method, by const MethodType*
 };
 
 struct Study {
@@ -100,7 +100,7 @@ struct Study {
   StudyReference reference;
   std::vector<StudyRun> runs;  ///< in the order in which they were made
   int as_given = -1;           ///< the run with the scene's own settings
-  std::vector<std::pair<StudyMethod, std::string>> refusals;
+  std::vector<std::pair<const MethodType*, std::string>> refusals;
   std::vector<std::string> left_out;  ///< sentences
   std::vector<StudyTarget> targets;
   std::vector<StudySlope> slopes;

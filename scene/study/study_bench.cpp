@@ -6,10 +6,7 @@
 #include <chrono>
 #include <ctime>
 
-#include "photon/ordinates/ordinates_referee.h"
-#include "photon/paths/path_tracer.h"
 #include "scene/run/report.h"
-#include "scene/verify/verify.h"
 #include "sensor/capture/render.h"
 
 namespace obscura {
@@ -18,32 +15,12 @@ namespace {
 /// Worlds that are kept, and the memory above which only the last is.
 constexpr std::size_t kMostWorlds = 3;
 constexpr double kMuchMemory = 512.0 * 1048576;
-/// More is refused by the ordinates.
-constexpr double kOrdinatesMiB = 2048;
-
 StudySeconds::Stage operator-(const StudySeconds::Stage& a, const StudySeconds::Stage& b) {
   return {a.cpu - b.cpu, a.wall - b.wall};
 }
 
-bool uses_maps(const StudySetting& s) { return s.method == StudyMethod::photon || s.method == StudyMethod::gather; }
-
 double film_bytes(double pixels, std::size_t bands) {
   return pixels * (static_cast<double>(bands) * Film::kBandValues + 4) * sizeof(float);
-}
-
-/// The ordinates' own choice of cells, with another number along the longest side.
-Vec3i cells_of(const World& world, int longest) {
-  Vec3i cells = OrdinatesGrid(world, 0, Vec3i(0), std::nullopt, 1).cells();
-  const double factor = static_cast<double>(longest) / std::max({cells.x, cells.y, cells.z});
-  for (int axis = 0; axis < 3; ++axis) cells[axis] = std::max(1, static_cast<int>(std::lround(cells[axis] * factor)));
-  return cells;
-}
-
-/// What the solver holds while it iterates: about 26 vectors of eight moments' expansions a cell
-/// (ordinates_solver.cpp).
-double solver_bytes(const OrdinatesSolution& solution, int order) {
-  const double degree = std::min(solution.grid().phase_degree(order), order - 1);
-  return 26 * 8 * sizeof(double) * static_cast<double>(solution.grid().size()) * (degree + 1) * (degree + 1);
 }
 
 }  // namespace
@@ -63,7 +40,7 @@ SessionBench::SessionBench(Description scene, int pixels, StudyClock clock, cons
   StudySetting own;
   own.octree_tolerance = scene_.render.octree_tolerance;
   const Built& built = built_for(own, progress);
-  traits_ = traits_of(scene_, built.session->world(), built.session->plan().radiance.gather_bounces > 0);
+  traits_ = traits_of(scene_, built.session->world(), built.session->plan().method);
 }
 
 Study SessionBench::describe() const {
@@ -124,89 +101,31 @@ StudyPicture SessionBench::picture_of(const Built& built, const Rendered& render
 }
 
 StudyPicture SessionBench::measure(const StudySetting& setting, std::uint64_t seed, const Progress& progress) {
-  if (setting.method == StudyMethod::ordinates) return by_ordinates(setting, seed, false, progress);
   Built& built = built_for(setting, progress);
   Session& session = *built.session;
-  if (setting.method == StudyMethod::path) refuse_unfit_paths(session.world());
-  Description scene = session.scene();
-  apply(setting, scene);
-  scene.render.seed = seed;
-  session.look_from(scene.sensor);
-  session.set_render(scene.render);
+  const Method method = full_method(setting, session.scene());
 
-  StudySeconds seconds;
+  // A map that the session still holds costs what it did when it was made.
   const auto before = now();
-  const Light& light = session.light(progress);
-  const auto lit = now();
-  if (uses_maps(setting)) {
-    if (built.map_of.photons != setting.photons || built.map_seed != seed || !uses_maps(built.map_of)) {
-      built.map = lit - before;
-      built.map_seed = seed;
-    }
-    built.map_of = setting;
-    seconds.map = built.map;
-  } else {
-    built.map_of = {};
-  }
-  StudyPicture result = picture_of(built, session.render(progress));
-  result.seconds.map = seconds.map;
-  result.seconds.image = now() - lit;
-  result.bytes.map = static_cast<double>(light.bytes);
-  return result;
-}
-
-StudyPicture SessionBench::ordinates_reference(const StudySetting& setting, std::uint64_t seed,
-                                               const Progress& progress) {
-  return by_ordinates(setting, seed, true, progress);
-}
-
-StudyPicture SessionBench::by_ordinates(const StudySetting& setting, std::uint64_t seed, bool with_error,
-                                        const Progress& progress) {
-  Built& built = built_for(setting, progress);
-  const World& world = built.session->world();
-  const auto before = now();
-  OrdinatesSettings settings;
-  settings.cells = cells_of(world, setting.cells);
-  settings.order = setting.order;
-  settings.memory_MiB = kOrdinatesMiB;
-  std::vector<OrdinatesReferee> referees;
-  std::vector<OrdinatesSolution> solutions;
-  for (int i = 0; i < world.interval_count() && !progress.cancelled(); ++i) {
-    if (with_error) {
-      referees.emplace_back(world, i, settings, progress);
-    } else {
-      solutions.push_back(solve_ordinates(world, i, settings, progress));
-    }
-  }
+  const Estimator estimator = session.estimator(method, seed, progress);
   const auto solved = now();
-  if (progress.cancelled()) throw NumericalError("ordinates", "stopped");
+  if (progress.cancelled()) throw NumericalError("study", "stopped");
+  EstimatorSettings settings;
+  settings.seed = seed;
+  const SolutionBasis basis = method.type->basis(method, settings);
+  if (!built.solved || !(*built.solved == basis)) {
+    built.solved = basis;
+    built.map = solved - before;
+  }
 
-  const Estimator estimator = [&](int interval, double, std::span<const Ray> rays, std::span<const std::uint64_t>,
-                                  std::span<Incoming> incoming) {
-    const auto i = static_cast<std::size_t>(interval);
-    if (with_error) {
-      std::vector<OrdinatesEstimate> estimates(rays.size());
-      referees[i].radiance(rays, estimates, incoming);
-      for (std::size_t r = 0; r < rays.size(); ++r) {
-        incoming[r].direct = estimates[r].value;
-        incoming[r].bias = estimates[r].error;
-      }
-    } else {
-      solutions[i].radiance(rays, incoming);
-    }
-    RadianceCounts counts;
-    counts.rays = rays.size();
-    return counts;
-  };
-  SamplerSettings sampling = built.session->plan().sampling;
+  SamplerSettings sampling = session.plan().sampling;
   sampling.max_oversampling = setting.rays;
-  sampling.samples = 0;
-  sampling.seed = seed;
-  const Rendered rendered = obscura::render(world, estimator, Camera(built.session->plan().camera), sampling, progress);
+  const Rendered rendered = session.render(session.plan().camera, sampling, method, seed, progress);
   StudyPicture result = picture_of(built, rendered);
-  result.seconds.map = solved - before;
+  if (method.type->photons || method.type->cells) result.seconds.map = built.map;
   result.seconds.image = now() - solved;
-  if (with_error) {
+  result.bytes.map = estimator.bytes;
+  if (method.type->cells) {
     // The solver's own error and the scatter of the rays.
     Picture errors = result.picture;
     for (int b = 0; b < rendered.film.bands(); ++b) {
@@ -216,8 +135,6 @@ StudyPicture SessionBench::by_ordinates(const StudySetting& setting, std::uint64
     }
     result.errors = std::move(errors);
   }
-  for (const OrdinatesSolution& solution : solutions)
-    result.bytes.map = std::max(result.bytes.map, solver_bytes(solution, setting.order));
   return result;
 }
 

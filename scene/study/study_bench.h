@@ -13,7 +13,7 @@ namespace obscura {
 /// One picture and what it cost.
 struct StudyPicture {
   Picture picture;
-  std::optional<Picture> errors;  ///< ordinates, where asked: the error that they state
+  std::optional<Picture> errors;  ///< of methods on a grid: the error that they state
   StudySeconds seconds;
   StudyBytes bytes;
   double peak_MiB = 0;
@@ -29,9 +29,6 @@ class StudyBench {
   /// A cancelled picture may be anything.
   /// @throws NumericalError, InputError, ResourceError where the method refuses
   virtual StudyPicture measure(const StudySetting& setting, std::uint64_t seed, const Progress& progress) = 0;
-  /// By ordinates with an estimate of their error.
-  virtual StudyPicture ordinates_reference(const StudySetting& setting, std::uint64_t seed,
-                                           const Progress& progress) = 0;
 };
 
 /// The real one: Sessions of a scene whose picture was made smaller. The last few Worlds are kept while their octrees
@@ -44,21 +41,18 @@ class SessionBench final : public StudyBench {
   Study describe() const override;
   const StudyTraits& traits() const override { return traits_; }
   StudyPicture measure(const StudySetting& setting, std::uint64_t seed, const Progress& progress) override;
-  StudyPicture ordinates_reference(const StudySetting& setting, std::uint64_t seed, const Progress& progress) override;
 
  private:
   struct Built {
     StudySetting of;
     std::unique_ptr<Session> session;
     StudySeconds::Stage world;
-    StudySetting map_of;  // of the map that the session holds
-    std::uint64_t map_seed = 0;
-    StudySeconds::Stage map;
+    std::optional<SolutionBasis> solved;  // what the session holds
+    StudySeconds::Stage map;              // spent on it
     double octree_bytes = 0;
   };
 
   Built& built_for(const StudySetting& setting, const Progress& progress);
-  StudyPicture by_ordinates(const StudySetting& setting, std::uint64_t seed, bool with_error, const Progress& progress);
   StudySeconds::Stage now() const { return {clock_.cpu_s(), clock_.wall_s()}; }
   StudyPicture picture_of(const Built& built, const Rendered& rendered) const;
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <ostream>
 
+#include "octree/base/error_scale.h"
 #include "scene/page/html_page.h"
 #include "scene/study/study_table.h"
 #include "sensor/picture/preview.h"
@@ -71,18 +72,18 @@ std::string settings_table(const Study& study) {
 /// What reached each error, method by method: CPU seconds of the whole picture.
 std::string method_table(const Study& study) {
   std::string html = "<div class=\"scroll\"><table><tr><th>CPU to reach</th>";
-  std::vector<StudyMethod> methods;
-  for (const StudyMethod method : kStudyMethods) {
+  std::vector<const MethodType*> ran;
+  for (const MethodType* method : methods()) {
     if (std::any_of(study.runs.begin(), study.runs.end(),
-                    [&](const StudyRun& r) { return r.setting.method == method; }))
-      methods.push_back(method);
+                    [&](const StudyRun& r) { return r.setting.method.type == method; }))
+      ran.push_back(method);
   }
-  for (const StudyMethod method : methods) html += fmt::format("<th>{}</th>", name_of(method));
+  for (const MethodType* method : ran) html += fmt::format("<th>{}</th>", method->name);
   html += "</tr>\n";
   for (const StudyTarget& target : study.targets) {
     html += "<tr>" + cell(target_text(target.error));
-    for (const StudyMethod method : methods) {
-      const int run = target.per_method[static_cast<std::size_t>(method)];
+    for (const MethodType* method : ran) {
+      const int run = target.per_method[index_of(*method)];
       html += run >= 0 ? fmt::format("<td{}>{}</td>", run == target.run ? " class=\"agree\"" : "",
                                      seconds_text(run_at(study, run).full.cpu()))
                        : std::string("<td class=\"faint\">not reached</td>");
@@ -98,19 +99,18 @@ std::string slope_table(const Study& study) {
       "<div class=\"scroll\"><table><tr><th>along the ladder</th><th>of</th><th>exponent of the CPU time of map and "
       "image</th><th>points</th></tr>\n";
   for (const StudySlope& slope : study.slopes) {
-    html +=
-        fmt::format("<tr><td>{}</td><td>{}</td><td>{:.2f} &plusmn; {:.2f}</td><td>{}</td></tr>\n",
-                    name_of(slope.method), slope.what, slope.law.exponent, slope.law.exponent_error, slope.law.points);
+    html += fmt::format("<tr><td>{}</td><td>{}</td><td>{:.2f} &plusmn; {:.2f}</td><td>{}</td></tr>\n",
+                        slope.method->name, slope.what, slope.law.exponent, slope.law.exponent_error, slope.law.points);
   }
   return html + "</table></div>\n";
 }
 
 std::string knob_value(const std::string& knob, const StudySetting& s) {
-  if (knob == "nearest") return std::to_string(s.nearest);
-  if (knob == "kernel") return name_of(s.kernel);
+  if (knob == "nearest") return std::to_string(s.method.nearest);
+  if (knob == "kernel") return name_of(s.method.kernel);
   if (knob == "rays") return std::to_string(s.rays);
-  if (knob == "photons") return std::to_string(s.photons);
-  if (knob == "order") return fmt::format("S{}", s.order);
+  if (knob == "photons") return std::to_string(s.method.photons);
+  if (knob == "order") return fmt::format("S{}", s.method.order);
   if (knob == "octree_tolerance") return fmt::format("{:.3g}", s.octree_tolerance);
   return s.intervals > 0 ? std::to_string(s.intervals) : std::string("the scene's");
 }
@@ -173,11 +173,11 @@ std::vector<int> chosen(const Study& study) {
     if (run >= 0 && std::find(runs.begin(), runs.end(), run) == runs.end()) runs.push_back(run);
   };
   for (const StudyTarget& target : study.targets) add(target.run);
-  for (const StudyMethod method : kStudyMethods) {
+  for (const MethodType* method : methods()) {
     int best = -1;
     for (std::size_t r = 0; r < study.runs.size(); ++r) {
       const int run = static_cast<int>(r);
-      if (study.runs[r].setting.method == method &&
+      if (study.runs[r].setting.method.type == method &&
           (best < 0 || study.runs[r].error.error.value() < run_at(study, best).error.error.value()))
         best = run;
     }
@@ -201,7 +201,7 @@ std::string pictures(const Study& study) {
     const auto relative = [&](const std::vector<float>& values, bool difference) {
       std::vector<float> result(values.size());
       for (std::size_t p = 0; p < values.size(); ++p) {
-        const float scale = std::max(std::abs(truth[p]), 0.05f * largest);
+        const auto scale = static_cast<float>(error_scale(truth[p], largest));
         result[p] = scale > 0 ? 100 * (values[p] - (difference ? truth[p] : 0)) / scale : 0.0f;
       }
       return result;
@@ -280,9 +280,9 @@ std::string page(const Study& study) {
         "errors, by a jackknife over tiles of pixels. Shaded: errors below the reference's own, which only its known "
         "variance lets one measure.</p>\n";
     html += "<h2>Bias and noise apart</h2>\n<div class=\"plots\">\n";
-    for (const StudyMethod method : kStudyMethods) {
+    for (const MethodType* method : methods()) {
       const auto rungs = std::count_if(study.runs.begin(), study.runs.end(), [&](const StudyRun& r) {
-        return r.setting.method == method && r.purpose == "ladder";
+        return r.setting.method.type == method && r.purpose == "ladder";
       });
       if (rungs > 1) html += parts_plot(study, method).svg();
     }
@@ -295,7 +295,7 @@ std::string page(const Study& study) {
   if (!study.refusals.empty() || !study.left_out.empty() || !study.warnings.empty()) {
     html += "<h2>Left out</h2>\n<ul class=\"what\">\n";
     for (const auto& [method, why] : study.refusals)
-      html += fmt::format("<li>without {}: {}</li>\n", name_of(method), html_escaped(why));
+      html += fmt::format("<li>without {}: {}</li>\n", method->name, html_escaped(why));
     for (const std::string& text : study.left_out) html += fmt::format("<li>{}</li>\n", html_escaped(text));
     for (const std::string& text : study.warnings) html += fmt::format("<li>{}</li>\n", html_escaped(text));
     html += "</ul>\n";

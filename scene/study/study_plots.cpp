@@ -35,14 +35,14 @@ SvgPlot error_plot(const Study& study, PlotSettings settings, bool front, const 
   SvgPlot plot(std::move(settings));
   const double own = study.reference.error.value();
   if (own > 0) plot.add(PlotBand{own * 1e-6, own, "error of the reference itself"});
-  for (const StudyMethod method : kStudyMethods) {
-    const auto number = static_cast<std::size_t>(method);
+  for (const MethodType* method : methods()) {
+    const auto number = index_of(*method);
     PlotSeries series;
-    series.name = name_of(method);
+    series.name = method->name;
     series.colour = static_cast<int>(number);
     series.marker = kMarkers[number];
     for (const StudyRun& run : study.runs) {
-      if (run.setting.method == method) series.points.push_back(point_of(study, run, x_of(run)));
+      if (run.setting.method.type == method) series.points.push_back(point_of(study, run, x_of(run)));
     }
     if (!series.points.empty()) plot.add(std::move(series));
   }
@@ -89,9 +89,9 @@ SvgPlot memory_plot(const Study& study) {
                     [](const StudyRun& run) { return run.full_bytes.total() / 1048576; });
 }
 
-SvgPlot parts_plot(const Study& study, StudyMethod method) {
+SvgPlot parts_plot(const Study& study, const MethodType* method) {
   PlotSettings settings;
-  settings.title = name_of(method);
+  settings.title = method->name;
   settings.x_label = fmt::format("CPU seconds of map and image, {} x {}", study.resolution[0], study.resolution[1]);
   settings.y_label = "image error";
   settings.y_scale = 100;
@@ -99,7 +99,7 @@ SvgPlot parts_plot(const Study& study, StudyMethod method) {
   settings.width = 470;
   settings.height = 380;
   SvgPlot plot(std::move(settings));
-  const auto number = static_cast<std::size_t>(method);
+  const auto number = index_of(*method);
   const auto add = [&](const char* name, int colour, PlotMarker marker, bool dashed, const auto& part) {
     PlotSeries series;
     series.name = name;
@@ -107,7 +107,7 @@ SvgPlot parts_plot(const Study& study, StudyMethod method) {
     series.marker = marker;
     series.dashed = dashed;
     for (const StudyRun& run : study.runs) {
-      if (run.setting.method != method || run.purpose != "ladder") continue;
+      if (run.setting.method.type != method || run.purpose != "ladder") continue;
       const RootError& root = part(run.error);
       // What cannot be told from 0 is an upper end only.
       const bool seen = root.square > (marker == PlotMarker::none ? 0 : 2) * root.square_error;

@@ -10,7 +10,7 @@ namespace {
 bool reaches(const StudyRun& run, double target) { return run.error.error.value() + run.error.error.error() <= target; }
 
 StudyTarget cheapest(const Study& study, double error) {
-  StudyTarget target{error, -1, std::vector<int>(kStudyMethods.size(), -1)};
+  StudyTarget target{error, -1, std::vector<int>(methods().size(), -1)};
   const auto cost = [&](int run) {
     return run < 0 ? std::numeric_limits<double>::infinity() : study.runs[static_cast<std::size_t>(run)].full.cpu();
   };
@@ -18,20 +18,20 @@ StudyTarget cheapest(const Study& study, double error) {
     const StudyRun& run = study.runs[r];
     if (!reaches(run, error)) continue;
     const int index = static_cast<int>(r);
-    int& own = target.per_method[static_cast<std::size_t>(run.setting.method)];
+    int& own = target.per_method[index_of(*run.setting.method.type)];
     if (cost(index) < cost(own)) own = index;
-    if (renders(run.setting.method) && cost(index) < cost(target.run)) target.run = index;
+    if (renders(run.setting.method.type) && cost(index) < cost(target.run)) target.run = index;
   }
   return target;
 }
 
 /// Error, noise and bias along a ladder against the CPU time of map and image. Points within two standard errors
 /// of 0 say nothing.
-void add_slopes(const Study& study, StudyMethod method, std::vector<StudySlope>& slopes) {
+void add_slopes(const Study& study, const MethodType* method, std::vector<StudySlope>& slopes) {
   const auto fit = [&](const char* what, const auto& part) {
     std::vector<double> x, y, errors;
     for (const StudyRun& run : study.runs) {
-      if (run.setting.method != method || run.purpose != "ladder") continue;
+      if (run.setting.method.type != method || run.purpose != "ladder") continue;
       const RootError& root = part(run.error);
       if (root.square < 2 * root.square_error) continue;
       x.push_back(run.seconds.map.cpu + run.seconds.image.cpu);
@@ -71,7 +71,7 @@ void evaluate(Study& study) {
   study.targets.clear();
   for (const double target : kStudyTargets) study.targets.push_back(cheapest(study, target));
   study.slopes.clear();
-  for (const StudyMethod method : kStudyMethods) add_slopes(study, method, study.slopes);
+  for (const MethodType* method : methods()) add_slopes(study, method, study.slopes);
   study.front = front_of(study);
 }
 

@@ -86,14 +86,14 @@ class Runs {
           report();
         },
         &stop_);
-    for (const StudyMethod method : kStudyMethods) {
+    for (const MethodType* method : methods()) {
       Ladder& ladder = ladders_[method];
       ladder.next = first_rung(bench.traits(), method);
     }
     if (!bench.traits().scatters)
-      refuse(StudyMethod::gather, "nothing scatters or reflects: there is nothing to gather");
+      refuse(&kFinalGather, "nothing scatters or reflects: there is nothing to gather");
     else if (bench.traits().depth_limited)
-      refuse(StudyMethod::gather,
+      refuse(&kFinalGather,
              "scattering_depth is set: photons of the map may have scattered that often before the bounce");
   }
 
@@ -147,12 +147,12 @@ class Runs {
   void tell(const std::string& line) const {
     if (settings_.tell) settings_.tell(line);
   }
-  void refuse(StudyMethod method, const std::string& why) {
-    const std::string own = std::string(name_of(method)) + ": ";
+  void refuse(const MethodType* method, const std::string& why) {
+    const std::string own = std::string(method->name) + ": ";
     study_.refusals.emplace_back(method, why.starts_with(own) ? why.substr(own.size()) : why);
     ladders_[method].ended = why;
   }
-  bool refused(StudyMethod method) const {
+  bool refused(const MethodType* method) const {
     return std::any_of(study_.refusals.begin(), study_.refusals.end(),
                        [&](const auto& r) { return r.first == method; });
   }
@@ -167,7 +167,7 @@ class Runs {
     const StudyRun* best = nullptr;
     double least = std::numeric_limits<double>::infinity();
     for (const StudyRun& run : study_.runs) {
-      if (run.setting.method != setting.method) continue;
+      if (run.setting.method.type != setting.method.type) continue;
       const StudyWork a = work_of(run.setting), b = work_of(setting);
       const double far =
           std::abs(std::log((b.map + 1) / (a.map + 1))) + std::abs(std::log((b.image + 1) / (a.image + 1)));
@@ -203,12 +203,12 @@ class Runs {
   void begin_reference() {
     StudySetting& s = reference_setting_;
     const StudyTraits& traits = bench_.traits();
-    s = first_rung(traits, StudyMethod::path);
+    s = first_rung(traits, &kPathTracer);
     const double pass_s = std::max(kShortPass_s, kReferenceShare * settings_.budget_s / kReferencePasses);
     // Threads and caches get warm.
     if (!stopped()) run_job({{{s, "warm up"}}, 0, 1});
     // The lowest rungs tell what a path costs here.
-    Ladder& ladder = ladders_[StudyMethod::path];
+    Ladder& ladder = ladders_[&kPathTracer];
     while (!stopped() && ladder.ended.empty() && ladder.rungs.size() < kRungsFirst &&
            (ladder.rungs.empty() || last_image_s(ladder) < pass_s)) {
       s = ladder.next;
@@ -217,30 +217,30 @@ class Runs {
     s.octree_tolerance = traits.given.octree_tolerance * kFinerOctree;
     s.everything = true;
     if (traits.spectral) s.intervals = std::max(8, 2 * traits.most_intervals);
-    if (refused(StudyMethod::path)) {
-      study_.reference.method = name_of(StudyMethod::ordinates);
-      Ladder& ordinates = ladders_[StudyMethod::ordinates];
+    if (refused(&kPathTracer)) {
+      study_.reference.method = kOrdinates.name;
+      Ladder& ordinates = ladders_[&kOrdinates];
       while (!stopped() && ordinates.ended.empty() && ordinates.rungs.size() < kRungsFirst) {
         s = ordinates.next;
         run_job({{{s, "ladder"}}, 0, 1});
       }
-      s = first_rung(traits, StudyMethod::ordinates);
+      s = first_rung(traits, &kOrdinates);
       for (const int cells : {16, 24, 32}) {
         StudySetting finer = s;
-        finer.cells = cells;
+        finer.method.cells = cells;
         // Beside the finest solution there are coarser ones.
-        if (cells == 16 || 2 * predict_s(finer) < kReferenceShare * settings_.budget_s) s.cells = cells;
+        if (cells == 16 || 2 * predict_s(finer) < kReferenceShare * settings_.budget_s) s.method.cells = cells;
       }
       s.octree_tolerance = traits.given.octree_tolerance * kFinerOctree;
       s.everything = true;
       return;
     }
-    study_.reference.method = name_of(StudyMethod::path);
+    study_.reference.method = kPathTracer.name;
     if (stopped()) return;
     const double factor = std::clamp(pass_s / std::max(last_image_s(ladder), 1e-6), 1.0, 65536.0);
     s = scaled(traits, s, factor);
     if (traits.scatters)
-      s.rays = std::clamp(std::min(s.samples, kMostReferenceRays), s.rays, std::max(s.rays, kMostReferenceRays));
+      s.rays = std::clamp(std::min(s.method.samples, kMostReferenceRays), s.rays, std::max(s.rays, kMostReferenceRays));
   }
 
   double last_image_s(const Ladder& ladder) const { return run_at(ladder.rungs.back()).seconds.image.wall; }
@@ -255,7 +255,7 @@ class Runs {
   }
   /// While it is not much better than what it is held against.
   bool reference_is_worth_more() const {
-    if (study_.reference.method != name_of(StudyMethod::path)) return false;
+    if (study_.reference.method != kPathTracer.name) return false;
     double least = std::numeric_limits<double>::infinity();
     for (const StudyRun& run : study_.runs)
       least = std::min(least, std::max(run.error.error.value(), kFarBelow * kStudyTargets.back()));
@@ -264,14 +264,13 @@ class Runs {
 
   bool reference_pass() {
     StudyReference& reference = study_.reference;
-    const bool by_paths = reference.method == name_of(StudyMethod::path);
+    const bool by_paths = reference.method == kPathTracer.name;
     if (!by_paths && reference.picture.known()) return false;
     const double last_s = reference_passes_ > 0 ? reference.seconds.wall / reference_passes_ : 0;
     if (reference.picture.known() && last_s * kMisjudged > left_s()) return false;
     const double cpu = settings_.clock.cpu_s(), wall = settings_.clock.wall_s();
     try {
-      StudyPicture made = by_paths ? bench_.measure(reference_setting_, reference_seed(reference_passes_), watch_)
-                                   : bench_.ordinates_reference(reference_setting_, reference_seed(0), watch_);
+      StudyPicture made = bench_.measure(reference_setting_, reference_seed(reference_passes_), watch_);
       if (stop_) return false;
       if (by_paths) {
         reference.picture.add(made.picture);
@@ -284,7 +283,7 @@ class Runs {
     } catch (const NumericalError& error) {
       if (stop_) return false;
       std::string why = "no referee serves the scene: ";
-      for (const auto& [method, reason] : study_.refusals) why += fmt::format("{}: {}; ", name_of(method), reason);
+      for (const auto& [method, reason] : study_.refusals) why += fmt::format("{}: {}; ", method->name, reason);
       throw NumericalError("study", why + error.what());
     }
     ++reference_passes_;
@@ -296,16 +295,16 @@ class Runs {
 
   std::string reference_text() const {
     const StudySetting& s = reference_setting_;
-    if (study_.reference.method == name_of(StudyMethod::path)) {
+    if (study_.reference.method == kPathTracer.name) {
       std::string text =
           fmt::format("{} independent passes of {} samples a pixel over at most {} rays, octree tolerance {:.4g}",
-                      reference_passes_, s.samples, s.rays, s.octree_tolerance);
+                      reference_passes_, s.method.samples, s.rays, s.octree_tolerance);
       if (s.intervals > 0) text += fmt::format(", {} intervals a band", s.intervals);
       return text;
     }
     return fmt::format(
-        "{} cells along the longest side, S{}, octree tolerance {:.4g}, errors as the solver states them", s.cells,
-        s.order, s.octree_tolerance);
+        "{} cells along the longest side, S{}, octree tolerance {:.4g}, errors as the solver states them",
+        s.method.cells, s.method.order, s.octree_tolerance);
   }
 
   // Jobs.
@@ -335,7 +334,7 @@ class Runs {
       }
       const StudyRun* run = nearest_run(part.setting);
       // The parts of a job share their maps.
-      if (run && run->seconds.map.wall > 0 && part.setting.method != StudyMethod::ordinates) {
+      if (run && run->seconds.map.wall > 0 && part.setting.method.type != &kOrdinates) {
         const double own = kPictures * run->seconds.map.wall * work_of(part.setting).map / work_of(run->setting).map;
         if (map > 0) job.predicted_s -= own;
         map = own;
@@ -380,7 +379,8 @@ class Runs {
     for (const StudyVariation& v : variations(bench_.traits(), run_at(base).setting)) {
       if (measured(v.setting)) continue;
       const Job::Part part{v.setting, v.knob, base};
-      const bool shares = v.setting.photons > 0 && v.setting.photons == run_at(base).setting.photons &&
+      const bool shares = v.setting.method.photons > 0 &&
+                          v.setting.method.photons == run_at(base).setting.method.photons &&
                           same_world(v.setting, run_at(base).setting);
       if (shares) {
         shared.push_back(part);
@@ -394,7 +394,7 @@ class Runs {
   std::vector<Job> find_jobs() {
     std::vector<Job> jobs;
     const StudyTraits& traits = bench_.traits();
-    for (const StudyMethod method : kStudyMethods) {
+    for (const MethodType* method : methods()) {
       Ladder& ladder = ladders_.at(method);
       if (refused(method)) continue;
       climb(ladder);
@@ -403,13 +403,13 @@ class Runs {
         jobs.push_back(job_of({{ladder.next, "ladder"}}, ladder.rungs.empty() ? kWorthOfFirst : 1));
       if (ladder.rungs.size() >= kRungsFirst || (!up && !ladder.rungs.empty())) vary(ladder, up, jobs);
     }
-    if (!refused(traits.given.method) && !measured(given())) jobs.push_back(job_of({{given(), "scene"}}, 2));
+    if (!refused(traits.given.method.type) && !measured(given())) jobs.push_back(job_of({{given(), "scene"}}, 2));
     add_targets(jobs);
     // A method that is far from the best one's efficiency waits.
     double best = std::numeric_limits<double>::infinity();
     for (const auto& [method, ladder] : ladders_) best = renders(method) ? std::min(best, efficiency(ladder)) : best;
     for (Job& job : jobs) {
-      const StudyMethod method = job.parts.front().setting.method;
+      const MethodType* method = job.parts.front().setting.method.type;
       // What cannot render is there to compare with.
       if (!renders(method) && job.predicted_s > kOtherShare * settings_.budget_s) job.worth *= kLeastWorth;
       const double own = efficiency(ladders_.at(method));
@@ -435,10 +435,11 @@ class Runs {
 
   StudySetting given() const {
     const StudyTraits& traits = bench_.traits();
-    StudySetting s = first_rung(traits, traits.given.method);
+    StudySetting s = first_rung(traits, traits.given.method.type);
     s.rays = traits.given.rays;
-    if (s.photons > 0) s.photons = traits.given.photons, s.nearest = traits.given.nearest;
-    if (s.samples > 0) s.samples = traits.given.samples;
+    if (s.method.photons > 0)
+      s.method.photons = traits.given.method.photons, s.method.nearest = traits.given.method.nearest;
+    if (s.method.samples > 0) s.method.samples = traits.given.method.samples;
     return s;
   }
 
@@ -517,11 +518,11 @@ class Runs {
     const bool known = dynamic_cast<const NumericalError*>(&error) || dynamic_cast<const InputError*>(&error) ||
                        dynamic_cast<const ResourceError*>(&error) || dynamic_cast<const std::bad_alloc*>(&error);
     if (!known) throw;
-    Ladder& ladder = ladders_.at(part.setting.method);
+    Ladder& ladder = ladders_.at(part.setting.method.type);
     if (part.purpose != "ladder" && part.purpose != "warm up") {
       study_.left_out.push_back(fmt::format("{}: {}", study_label(part.setting), error.what()));
     } else if (ladder.rungs.empty()) {
-      refuse(part.setting.method, error.what());
+      refuse(part.setting.method.type, error.what());
     } else {
       ladder.ended = error.what();
       study_.left_out.push_back(fmt::format("{}: {}", study_label(part.setting), error.what()));
@@ -555,7 +556,7 @@ class Runs {
     const int index = static_cast<int>(study_.runs.size());
     study_.runs.push_back(std::move(run));
     if (part.setting == given()) study_.as_given = index;
-    if (part.purpose == "ladder") ladders_.at(part.setting.method).rungs.push_back(index);
+    if (part.purpose == "ladder") ladders_.at(part.setting.method.type).rungs.push_back(index);
     if (study_.reference.picture.known()) evaluate(study_);
     tell(line_of(run_at(index)));
   }
@@ -578,7 +579,7 @@ class Runs {
       }
     }
     const Job::Part& first = job.parts.front();
-    Ladder& ladder = ladders_.at(first.setting.method);
+    Ladder& ladder = ladders_.at(first.setting.method.type);
     if (first.purpose == "ladder" && !failed(first.setting))
       ladder.next = scaled(bench_.traits(), first.setting, kRung);
     if (first.base < 0 || !study_.reference.picture.known()) return;
@@ -623,7 +624,7 @@ class Runs {
   std::atomic<bool> stop_{false};
   double begin_s_;
   Study study_;
-  std::map<StudyMethod, Ladder> ladders_;
+  std::map<const MethodType*, Ladder> ladders_;
   std::vector<StudySetting> failed_;
   std::map<double, int> tries_;
   std::map<std::pair<int, std::string>, double> taken_;  // by base and knob: the least error^2 x time so far

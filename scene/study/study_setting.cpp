@@ -7,6 +7,7 @@
 
 #include "photon/world/world.h"
 #include "scene/file/scene_limits.h"
+#include "scene/plan/plan.h"
 
 namespace obscura {
 namespace {
@@ -31,20 +32,22 @@ std::uint64_t photons(double value) {
 /// The balance of noise k^(-1/2) and bias (k/N)^(2/3), through the scene's own setting.
 double nearest_on_ladder(const StudySetting& given, double photons) {
   const double k =
-      given.nearest * std::pow(photons / static_cast<double>(std::max<std::uint64_t>(1, given.photons)), kNearestPower);
+      given.method.nearest *
+      std::pow(photons / static_cast<double>(std::max<std::uint64_t>(1, given.method.photons)), kNearestPower);
   return std::round(std::clamp(k, static_cast<double>(kFewNearest), static_cast<double>(kMostNearest)));
 }
 
 /// Above the scene's own setting the rays of a pixel grow as the noise of its samples falls: else theirs would stay.
 /// More rays than samples serve little below it.
 double rays_on_ladder(const StudySetting& given, const StudySetting& s) {
-  if (s.method == StudyMethod::photon) {
+  if (s.method.type == &kPhotonMap) {
     const double above =
-        static_cast<double>(s.photons) / static_cast<double>(std::max<std::uint64_t>(1, given.photons));
+        static_cast<double>(s.method.photons) / static_cast<double>(std::max<std::uint64_t>(1, given.method.photons));
     return given.rays * std::max(1.0, std::pow(above, kNearestPower));
   }
-  return s.samples > given.samples ? static_cast<double>(given.rays) * s.samples / given.samples
-                                   : std::min(given.rays, s.samples);
+  return s.method.samples > given.method.samples
+             ? static_cast<double>(given.rays) * s.method.samples / given.method.samples
+             : std::min(given.rays, s.method.samples);
 }
 
 /// How many rungs below a value the lowest one is.
@@ -61,70 +64,66 @@ std::string grouped(std::uint64_t number) {
 
 }  // namespace
 
-const char* name_of(StudyMethod method) noexcept {
-  constexpr std::array<const char*, 4> names{"photon map", "final gather", "path tracer", "ordinates"};
-  return names[static_cast<std::size_t>(method)];
-}
-
 const char* name_of(Kernel kernel) noexcept {
   constexpr std::array<const char*, 4> names{"constant", "epanechnikov", "cone", "gaussian"};
   return names[static_cast<std::size_t>(kernel)];
 }
 
 StudySetting scaled(const StudyTraits& traits, StudySetting s, double factor) {
-  if (s.method == StudyMethod::ordinates) {
-    s.cells = rounded(s.cells * std::cbrt(factor), 1, kMostCells);
+  if (s.method.type->cells) {
+    s.method.cells = rounded(s.method.cells * std::cbrt(factor), 1, kMostCells);
   } else if (!traits.scatters) {
     s.rays = rounded(s.rays * factor, 1, traits.most_rays);
-    if (s.samples > 0) s.samples = std::max(s.samples, s.rays);
+    if (s.method.samples > 0) s.method.samples = std::max(s.method.samples, s.rays);
   } else {
     const StudySetting& given = traits.given;
-    const bool map = s.method == StudyMethod::photon;
+    const bool map = !s.method.type->samples;
     const double rays = rays_on_ladder(given, s);
-    if (s.method != StudyMethod::path) {
-      const double before = nearest_on_ladder(given, static_cast<double>(s.photons));
-      s.photons = photons(static_cast<double>(s.photons) * factor);
+    if (s.method.type->photons) {
+      const double before = nearest_on_ladder(given, static_cast<double>(s.method.photons));
+      s.method.photons = photons(static_cast<double>(s.method.photons) * factor);
       // Through the scene's own setting, whatever was rounded on the way.
-      if (std::abs(static_cast<double>(s.photons) / static_cast<double>(given.photons) - 1) < 0.01)
-        s.photons = given.photons;
+      if (std::abs(static_cast<double>(s.method.photons) / static_cast<double>(given.method.photons) - 1) < 0.01)
+        s.method.photons = given.method.photons;
       if (map)
-        s.nearest = rounded(s.nearest * nearest_on_ladder(given, static_cast<double>(s.photons)) / before, 1, 100000);
+        s.method.nearest = rounded(
+            s.method.nearest * nearest_on_ladder(given, static_cast<double>(s.method.photons)) / before, 1, 100000);
     }
-    if (!map) s.samples = rounded(s.samples * factor, 1, 1 << 24);
+    if (!map) s.method.samples = rounded(s.method.samples * factor, 1, 1 << 24);
     s.rays = rounded(s.rays * rays_on_ladder(given, s) / rays, 1, traits.most_rays);
   }
   return s;
 }
 
-StudySetting first_rung(const StudyTraits& traits, StudyMethod method) {
+StudySetting first_rung(const StudyTraits& traits, const MethodType* method) {
   const StudySetting& given = traits.given;
   StudySetting s;
-  s.method = method;
+  s.method.type = method;
   s.rays = given.rays;
   s.octree_tolerance = given.octree_tolerance;
   s.intervals = given.intervals;
-  const bool maps = method == StudyMethod::photon || method == StudyMethod::gather;
-  if (method == StudyMethod::ordinates) {
-    s.cells = kFewCells;
-    s.order = 8;
+  if (method->cells) {
+    s.method.cells = kFewCells;
+    s.method.order = 8;
     return s;
   }
-  if (maps) {
-    s.photons = traits.scatters ? std::max<std::uint64_t>(given.photons, 1) : std::min(given.photons, kNoPhotons);
-    s.nearest = given.nearest;
-    s.kernel = given.kernel;
+  if (method->photons) {
+    s.method.photons =
+        traits.scatters ? std::max<std::uint64_t>(given.method.photons, 1) : std::min(given.method.photons, kNoPhotons);
+    s.method.nearest = given.method.nearest;
+    s.method.kernel = given.method.kernel;
   }
-  if (method != StudyMethod::photon) s.samples = given.samples;
+  if (method->samples) s.method.samples = given.method.samples;
   if (!traits.scatters) {
     s.rays = 1;
-    if (s.samples > 0) s.samples = 1;
+    if (s.method.samples > 0) s.method.samples = 1;
     return s;
   }
-  const double few = method == StudyMethod::path ? 1
-                     : method == StudyMethod::gather
-                         ? std::max(kFewPhotons, static_cast<double>(given.photons) / given.samples)
+  const double few = !method->photons ? 1
+                     : method->samples
+                         ? std::max(kFewPhotons, static_cast<double>(given.method.photons) / given.method.samples)
                          : kFewPhotons;
-  const int below = rungs_below(method == StudyMethod::path ? given.samples : static_cast<double>(s.photons), few);
+  const int below = rungs_below(method->photons ? static_cast<double>(s.method.photons) : given.method.samples, few);
   return scaled(traits, s, std::pow(kRung, -below));
 }
 
@@ -135,13 +134,13 @@ std::vector<StudyVariation> variations(const StudyTraits& traits, const StudySet
     change(changed);
     if (!(changed == base)) result.push_back({knob, changed});
   };
-  const bool maps = base.method == StudyMethod::photon || base.method == StudyMethod::gather;
+  const bool maps = base.method.type->photons;
   if (maps && traits.scatters) {
     for (const double factor : {0.25, 4.0}) {
-      vary("nearest", [&](StudySetting& s) { s.nearest = rounded(s.nearest * factor, 2, 100000); });
+      vary("nearest", [&](StudySetting& s) { s.method.nearest = rounded(s.method.nearest * factor, 2, 100000); });
     }
     for (const Kernel kernel : {Kernel::constant, Kernel::epanechnikov, Kernel::cone, Kernel::gaussian}) {
-      vary("kernel", [&](StudySetting& s) { s.kernel = kernel; });
+      vary("kernel", [&](StudySetting& s) { s.method.kernel = kernel; });
     }
   }
   if (traits.scatters) {
@@ -149,13 +148,14 @@ std::vector<StudyVariation> variations(const StudyTraits& traits, const StudySet
       vary("rays", [&](StudySetting& s) { s.rays = rounded(s.rays * factor, 1, traits.most_rays); });
     }
   }
-  if (base.method == StudyMethod::gather && traits.scatters) {
+  if (maps && base.method.type->samples && traits.scatters) {
     for (const double factor : {0.25, 4.0}) {
-      vary("photons", [&](StudySetting& s) { s.photons = photons(static_cast<double>(s.photons) * factor); });
+      vary("photons",
+           [&](StudySetting& s) { s.method.photons = photons(static_cast<double>(s.method.photons) * factor); });
     }
   }
-  if (base.method == StudyMethod::ordinates) {
-    for (const int order : {4, 16}) vary("order", [&](StudySetting& s) { s.order = order; });
+  if (base.method.type->cells) {
+    for (const int order : {4, 16}) vary("order", [&](StudySetting& s) { s.method.order = order; });
   }
   if (traits.clouds) {
     for (const double factor : {10.0, 0.1}) {
@@ -174,13 +174,14 @@ std::vector<StudyVariation> variations(const StudyTraits& traits, const StudySet
 
 StudySetting with_knob(StudySetting s, const std::string& knob, const StudySetting& base, const StudySetting& changed) {
   const auto by_ratio = [](double value, double from, double to) { return from > 0 ? value * to / from : value; };
-  if (knob == "nearest") s.nearest = rounded(by_ratio(s.nearest, base.nearest, changed.nearest), 2, 100000);
-  if (knob == "kernel") s.kernel = changed.kernel;
+  if (knob == "nearest")
+    s.method.nearest = rounded(by_ratio(s.method.nearest, base.method.nearest, changed.method.nearest), 2, 100000);
+  if (knob == "kernel") s.method.kernel = changed.method.kernel;
   if (knob == "rays") s.rays = changed.rays;
   if (knob == "photons")
-    s.photons = photons(by_ratio(static_cast<double>(s.photons), static_cast<double>(base.photons),
-                                 static_cast<double>(changed.photons)));
-  if (knob == "order") s.order = changed.order;
+    s.method.photons = photons(by_ratio(static_cast<double>(s.method.photons), static_cast<double>(base.method.photons),
+                                        static_cast<double>(changed.method.photons)));
+  if (knob == "order") s.method.order = changed.method.order;
   if (knob == "octree_tolerance") s.octree_tolerance = changed.octree_tolerance;
   if (knob == "intervals") s.intervals = changed.intervals;
   return s;
@@ -190,38 +191,21 @@ StudyWork work_of(const StudySetting& s) {
   const double intervals = std::max(1, s.intervals);
   // Beside its paths a ray costs what the walk through the clouds does.
   const double rays = s.rays;
-  switch (s.method) {
-    case StudyMethod::photon:
-      return {static_cast<double>(s.photons), intervals * rays * (s.nearest + 32.0)};
-    case StudyMethod::gather:
-      return {static_cast<double>(s.photons), intervals * (s.samples + 0.5 * rays) * (s.nearest + 96.0)};
-    case StudyMethod::path:
-      return {0, intervals * (s.samples + 0.5 * rays)};
-    case StudyMethod::ordinates:
-      break;
-  }
-  return {intervals * std::pow(s.cells, 3) * s.order * s.order, intervals * rays * s.cells};
+  const Method& m = s.method;
+  const auto map = static_cast<double>(m.photons);
+  if (m.type->cells) return {intervals * std::pow(m.cells, 3) * m.order * m.order, intervals * rays * m.cells};
+  if (!m.type->samples) return {map, intervals * rays * (m.nearest + 32.0)};
+  const double paths = intervals * (m.samples + 0.5 * rays);
+  return m.type->photons ? StudyWork{map, paths * (m.nearest + 96.0)} : StudyWork{0, paths};
 }
 
 std::string study_label(const StudySetting& s) {
-  std::string text = name_of(s.method);
-  switch (s.method) {
-    case StudyMethod::photon:
-      text += fmt::format(", {} photons, {} nearest", grouped(s.photons), s.nearest);
-      break;
-    case StudyMethod::gather:
-      text += fmt::format(", {} photons, {} nearest, {} sample{}", grouped(s.photons), s.nearest, s.samples,
-                          s.samples == 1 ? "" : "s");
-      break;
-    case StudyMethod::path:
-      text += fmt::format(", {} sample{}", s.samples, s.samples == 1 ? "" : "s");
-      break;
-    case StudyMethod::ordinates:
-      text += fmt::format(", {} cells, S{}", s.cells, s.order);
-      break;
-  }
-  const bool maps = s.method == StudyMethod::photon || s.method == StudyMethod::gather;
-  if (maps && s.kernel != Kernel::epanechnikov) text += fmt::format(", {} kernel", name_of(s.kernel));
+  const Method& m = s.method;
+  std::string text = m.type->name;
+  if (m.type->photons) text += fmt::format(", {} photons, {} nearest", grouped(m.photons), m.nearest);
+  if (m.type->samples) text += fmt::format(", {} sample{}", m.samples, m.samples == 1 ? "" : "s");
+  if (m.type->cells) text += fmt::format(", {} cells, S{}", m.cells, m.order);
+  if (m.type->photons && m.kernel != Kernel::epanechnikov) text += fmt::format(", {} kernel", name_of(m.kernel));
   text += fmt::format(", {} ray{}", s.rays, s.rays == 1 ? "" : "s");
   if (s.octree_tolerance != 1e-3) text += fmt::format(", tolerance {:.4g}", s.octree_tolerance);
   if (s.intervals > 0) text += fmt::format(", {} interval{}", s.intervals, s.intervals == 1 ? "" : "s");
@@ -230,19 +214,19 @@ std::string study_label(const StudySetting& s) {
 
 std::vector<std::pair<std::string, std::string>> scene_edits(const StudySetting& s, const std::vector<bool>& grey) {
   std::vector<std::pair<std::string, std::string>> edits;
-  if (!renders(s.method)) return edits;
+  if (!renders(s.method.type)) return edits;
   const auto edit = [&](std::string pointer, std::string value) {
     edits.emplace_back(std::move(pointer), std::move(value));
   };
-  const bool path = s.method == StudyMethod::path;
-  edit("/render/method", path ? "\"path\"" : "\"photon\"");
-  if (!path) {
-    edit("/render/photons", std::to_string(s.photons));
-    edit("/render/nearest", std::to_string(s.nearest));
-    edit("/render/kernel", fmt::format("\"{}\"", name_of(s.kernel)));
-    edit("/render/final_gather", s.method == StudyMethod::gather ? "1" : "0");
+  const Method& m = s.method;
+  edit("/render/method", fmt::format("\"{}\"", m.type->word));
+  if (m.type->photons) {
+    edit("/render/photons", std::to_string(m.photons));
+    edit("/render/nearest", std::to_string(m.nearest));
+    edit("/render/kernel", fmt::format("\"{}\"", name_of(m.kernel)));
+    edit("/render/final_gather", m.type->samples ? "1" : "0");
   }
-  if (s.samples > 0) edit("/render/samples", std::to_string(s.samples));
+  if (m.samples > 0) edit("/render/samples", std::to_string(m.samples));
   edit("/sensor/max_oversampling", std::to_string(s.rays));
   edit("/render/octree_tolerance", fmt::format("{:.10g}", s.octree_tolerance));
   for (std::size_t b = 0; b < grey.size() && s.intervals > 0; ++b) {
@@ -251,22 +235,19 @@ std::vector<std::pair<std::string, std::string>> scene_edits(const StudySetting&
   return edits;
 }
 
-void apply(const StudySetting& s, Description& scene) {
-  RenderDescription& render = scene.render;
-  render.method = s.method == StudyMethod::path ? MethodKind::path : MethodKind::photon;
-  if (s.photons > 0) render.photons = s.photons;
-  if (s.nearest > 0) render.nearest = s.nearest;
-  render.kernel = s.kernel;
-  render.final_gather = s.method == StudyMethod::gather ? 1 : 0;
-  if (s.samples > 0) render.samples = s.samples;
-  render.octree_tolerance = s.octree_tolerance;
-  scene.sensor.max_oversampling = s.rays;
-  for (BandDescription& band : scene.bands) {
-    if (!band.grey() && s.intervals > 0) band.samples = s.intervals;
-  }
+Method full_method(const StudySetting& setting, const Description& scene) {
+  Method method = method_of(scene, *setting.method.type);
+  const Method& m = setting.method;
+  if (m.photons > 0) method.photons = m.photons;
+  if (m.nearest > 0) method.nearest = m.nearest;
+  method.kernel = m.kernel;
+  if (m.samples > 0) method.samples = m.samples;
+  method.cells = m.cells;
+  if (m.order > 0) method.order = m.order;
+  return method;
 }
 
-StudyTraits traits_of(const Description& scene, const World& world, bool gathers) {
+StudyTraits traits_of(const Description& scene, const World& world, const Method& method) {
   StudyTraits traits;
   traits.scatters = false;
   for (int i = 0; i < world.interval_count(); ++i)
@@ -287,17 +268,14 @@ StudyTraits traits_of(const Description& scene, const World& world, bool gathers
     traits.spectral = optics_vary;
   }
 
-  const RenderDescription& render = scene.render;
   StudySetting& given = traits.given;
-  given.method = render.method == MethodKind::path ? StudyMethod::path
-                 : gathers                         ? StudyMethod::gather
-                                                   : StudyMethod::photon;
-  given.photons = render.photons;
-  given.nearest = render.nearest;
-  given.kernel = render.kernel;
-  given.samples = render.samples;
+  given.method = no_work(*method.type);
+  given.method.photons = method.photons;
+  given.method.nearest = method.nearest;
+  given.method.kernel = method.kernel;
+  given.method.samples = method.samples;
   given.rays = scene.sensor.max_oversampling;
-  given.octree_tolerance = render.octree_tolerance;
+  given.octree_tolerance = scene.render.octree_tolerance;
   return traits;
 }
 

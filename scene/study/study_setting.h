@@ -7,32 +7,31 @@
 #include <utility>
 #include <vector>
 
+#include "photon/methods/method.h"
 #include "scene/file/description.h"
 
 namespace obscura {
 
 class World;
 
-enum class StudyMethod { photon, gather, path, ordinates };
-inline constexpr std::array<StudyMethod, 4> kStudyMethods{StudyMethod::photon, StudyMethod::gather, StudyMethod::path,
-                                                          StudyMethod::ordinates};
-/// "photon map", "final gather", "path tracer", "ordinates"
-const char* name_of(StudyMethod method) noexcept;
-/// Whether `obscura render` can make such a picture.
-constexpr bool renders(StudyMethod method) noexcept { return method != StudyMethod::ordinates; }
+/// Whether `obscura render` can make such a picture: it has no keys for grids.
+inline bool renders(const MethodType* method) noexcept { return !method->cells; }
 
-/// Every knob; those that a method does not have keep their defaults, so that equal means equal work.
+/// A method without any work: what it does not have stays so, so that equal means equal work.
+inline Method no_work(const MethodType& type = kPathTracer) {
+  Method method;
+  method.type = &type;
+  method.photons = 0;
+  method.nearest = method.samples = method.cells = method.order = 0;
+  return method;
+}
+
 struct StudySetting {
-  StudyMethod method = StudyMethod::path;
-  std::uint64_t photons = 0;
-  int nearest = 0;
-  Kernel kernel = Kernel::epanechnikov;
-  int samples = 0;  ///< paths per pixel
-  int rays = 1;     ///< max_oversampling
+  Method method = no_work();
+  int rays = 1;  ///< max_oversampling
   double octree_tolerance = 1e-3;
-  int intervals = 0;         ///< of each band that has wavelengths; 0: the scene's own
-  int cells = 0, order = 0;  ///< ordinates: along the longest side; N of S_N
-  bool everything = false;   ///< no effect is left out on a bound: a reference
+  int intervals = 0;        ///< of each band that has wavelengths; 0: the scene's own
+  bool everything = false;  ///< no effect is left out on a bound: a reference
 
   bool operator==(const StudySetting&) const = default;
 };
@@ -49,7 +48,7 @@ struct StudyTraits {
 };
 
 /// The lowest rung of a method's ladder. Rungs are factors of four in cost around the scene's own setting.
-StudySetting first_rung(const StudyTraits& traits, StudyMethod method);
+StudySetting first_rung(const StudyTraits& traits, const MethodType* method);
 /// The main knobs of the method times `factor`: photons, and nearest with their power 4/7; paths; cells; rays where
 /// nothing scatters, and elsewhere above the scene's own setting.
 StudySetting scaled(const StudyTraits& traits, StudySetting setting, double factor);
@@ -83,9 +82,10 @@ const char* name_of(Kernel kernel) noexcept;
 /// @param bands for the pointers of intervals: whether each is grey
 std::vector<std::pair<std::string, std::string>> scene_edits(const StudySetting& setting,
                                                              const std::vector<bool>& grey);
-/// The same done to a scene.
-void apply(const StudySetting& setting, Description& scene);
+/// The whole method: the scene's settings where the study leaves them alone.
+Method full_method(const StudySetting& setting, const Description& scene);
 
-StudyTraits traits_of(const Description& scene, const World& world, bool gathers);
+/// @param method that the plan chooses for the scene
+StudyTraits traits_of(const Description& scene, const World& world, const Method& method);
 
 }  // namespace obscura

@@ -41,12 +41,12 @@ Json settings_json(const Study& study, const StudySetting& setting) {
 Json run_json(const Study& study, std::size_t index) {
   const StudyRun& run = study.runs[index];
   const StudySetting& s = run.setting;
-  Json json = {{"run", index}, {"method", name_of(s.method)}, {"label", study_label(s)}, {"purpose", run.purpose}};
+  Json json = {{"run", index}, {"method", s.method.type->name}, {"label", study_label(s)}, {"purpose", run.purpose}};
   json["varies"] = run.base >= 0 ? Json(run.base) : Json(nullptr);
   json["settings"] = settings_json(study, s);
-  if (!renders(s.method)) {
-    json["ordinates"] = {{"cells", s.cells},
-                         {"order", s.order},
+  if (!renders(s.method.type)) {
+    json["ordinates"] = {{"cells", s.method.cells},
+                         {"order", s.method.order},
                          {"rays", s.rays},
                          {"octree_tolerance", s.octree_tolerance},
                          {"intervals", s.intervals}};
@@ -122,7 +122,7 @@ std::string not_reached_text(const Study& study) {
   const StudyRun* best = nullptr;
   for (const StudyRun& run : study.runs) {
     const auto high = [](const StudyRun& r) { return r.error.error.value() + r.error.error.error(); };
-    if (renders(run.setting.method) && (!best || high(run) < high(*best))) best = &run;
+    if (renders(run.setting.method.type) && (!best || high(run) < high(*best))) best = &run;
   }
   if (!best || !study.reference.picture.known()) return "not reached: nothing was measured";
   return fmt::format("not reached: best was {} by {}", percent_text(best->error.error), study_label(best->setting));
@@ -172,7 +172,7 @@ std::string study_table(const Study& study) {
       "s\n",
       study.full_resolution[0], study.full_resolution[1], study.threads, study.threads == 1 ? "" : "s",
       study.runs.size(), study.spent_s);
-  for (const auto& [method, why] : study.refusals) text += fmt::format("without {}: {}\n", name_of(method), why);
+  for (const auto& [method, why] : study.refusals) text += fmt::format("without {}: {}\n", method->name, why);
   for (const std::string& what : study.left_out) text += fmt::format("left out: {}\n", what);
   if (study.partial) text += "stopped before the end\n";
   return text;
@@ -196,7 +196,7 @@ std::string study_markdown(const Study& study) {
       "photon map included. Reference: {}.\n",
       study.full_resolution[0], study.full_resolution[1], study.threads, study.threads == 1 ? "" : "s",
       study.runs.size(), study.resolution[0], study.resolution[1], reference_text(study));
-  for (const auto& [method, why] : study.refusals) text += fmt::format("Without {}: {}.\n", name_of(method), why);
+  for (const auto& [method, why] : study.refusals) text += fmt::format("Without {}: {}.\n", method->name, why);
   return text;
 }
 
@@ -210,12 +210,12 @@ std::string study_csv(const Study& study) {
   for (std::size_t r = 0; r < study.runs.size(); ++r) {
     const StudyRun& run = study.runs[r];
     const StudySetting& s = run.setting;
-    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}", r, name_of(s.method),
-                        quoted(run.purpose), run.base >= 0 ? std::to_string(run.base) : std::string(), s.photons,
-                        s.nearest, name_of(s.kernel), s.samples, s.rays, s.octree_tolerance, s.intervals, s.cells,
-                        s.order, run.seconds.cpu(), run.seconds.wall(), run.seconds.world.cpu, run.seconds.map.cpu,
-                        run.seconds.image.cpu, run.full.cpu(), run.full.wall(), run.bytes.total(),
-                        run.full_bytes.total(), run.peak_MiB);
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}", r, s.method.type->name,
+                        quoted(run.purpose), run.base >= 0 ? std::to_string(run.base) : std::string(), s.method.photons,
+                        s.method.nearest, name_of(s.method.kernel), s.method.samples, s.rays, s.octree_tolerance,
+                        s.intervals, s.method.cells, s.method.order, run.seconds.cpu(), run.seconds.wall(),
+                        run.seconds.world.cpu, run.seconds.map.cpu, run.seconds.image.cpu, run.full.cpu(),
+                        run.full.wall(), run.bytes.total(), run.full_bytes.total(), run.peak_MiB);
     for (const RootError* root : {&run.error.error, &run.error.bias, &run.error.noise}) {
       text += known ? fmt::format(",{},{}", root->value(), root->error()) : std::string(",,");
     }
@@ -244,23 +244,23 @@ std::string study_json(const Study& study) {
     if (target.run >= 0) {
       const StudyRun& run = study.runs[static_cast<std::size_t>(target.run)];
       best["run"] = target.run;
-      best["method"] = name_of(run.setting.method);
+      best["method"] = run.setting.method.type->name;
       best["settings"] = settings_json(study, run.setting);
       best["error"] = number(run.error.error.value());
       best["error_bar"] = number(run.error.error.error());
       best["seconds_full"] = seconds_json(run.full);
     }
     best["per_method"] = Json::object();
-    for (const StudyMethod method : kStudyMethods) {
-      const int run = target.per_method[static_cast<std::size_t>(method)];
-      best["per_method"][name_of(method)] = run >= 0 ? Json(run) : Json(nullptr);
+    for (const MethodType* method : methods()) {
+      const int run = target.per_method[index_of(*method)];
+      best["per_method"][method->name] = run >= 0 ? Json(run) : Json(nullptr);
     }
     json["best"].push_back(std::move(best));
   }
   json["front"] = study.front;
   json["slopes"] = Json::array();
   for (const StudySlope& slope : study.slopes) {
-    json["slopes"].push_back({{"method", name_of(slope.method)},
+    json["slopes"].push_back({{"method", slope.method->name},
                               {"what", slope.what},
                               {"exponent", number(slope.law.exponent)},
                               {"exponent_error", number(slope.law.exponent_error)},
@@ -268,7 +268,7 @@ std::string study_json(const Study& study) {
   }
   json["refusals"] = Json::array();
   for (const auto& [method, why] : study.refusals)
-    json["refusals"].push_back({{"method", name_of(method)}, {"reason", why}});
+    json["refusals"].push_back({{"method", method->name}, {"reason", why}});
   json["left_out"] = study.left_out;
   json["warnings"] = study.warnings;
   json["partial"] = study.partial;

@@ -25,6 +25,6 @@ std::string command_text(const Study& study, const StudyRun& run);
 SvgPlot time_plot(const Study& study);
 SvgPlot memory_plot(const Study& study);
 /// Bias and noise of one method's ladder against time.
-SvgPlot parts_plot(const Study& study, StudyMethod method);
+SvgPlot parts_plot(const Study& study, const MethodType* method);
 
 }  // namespace obscura::detail

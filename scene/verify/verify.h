@@ -1,5 +1,4 @@
-// Two referees for every picture: the photon map, the path tracer and discrete ordinates solve one scene, and
-// their numbers are compared within their own errors.
+// Referees for every picture: all methods solve one scene, and their numbers are compared within their own errors.
 #pragma once
 
 #include <array>
@@ -7,9 +6,11 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "octree/base/progress.h"
+#include "photon/methods/method.h"
 #include "scene/file/description.h"
 #include "sensor/judge/agreement.h"
 
@@ -17,12 +18,7 @@ namespace obscura {
 
 class Session;
 
-enum class Referee { photon, path, ordinates };
-inline constexpr std::array<Referee, 3> kReferees{Referee::photon, Referee::path, Referee::ordinates};
-/// "photon", "path", "ordinates"
-const char* name_of(Referee method) noexcept;
-
-/// A named scene whose verdict the program vouches for.
+/// A built-in scene on which the methods are known to agree.
 struct VerifyCase {
   std::string name;
   std::string about;  ///< one line
@@ -39,13 +35,9 @@ struct VerifySettings {
   int scenes = 1;             ///< among which it is shared
 };
 
-/// What one method found, by Referee.
-template <class T>
-using ByReferee = std::array<T, kReferees.size()>;
-
-/// Two methods beside each other.
+/// Two methods beside each other, as numbers among VerifiedScene::methods.
 struct VerifyPair {
-  Referee first, second;
+  std::size_t first, second;
   Agreement agreement;
 };
 
@@ -53,8 +45,8 @@ struct VerifyPair {
 struct VerifyRow {
   std::string quantity;  ///< "mean", "x 0-15 y 0-15", "fluence middle", "flux top forward"
   std::string band;
-  double coarser = 1;                           ///< its resolution in units of that of the picture's mean
-  ByReferee<std::optional<Measured>> measured;  ///< none where a method does not have it
+  double coarser = 1;                             ///< its resolution in units of that of the picture's mean
+  std::vector<std::optional<Measured>> measured;  ///< by each method; none where it does not have it
   std::vector<VerifyPair> pairs;
 };
 
@@ -66,12 +58,13 @@ struct VerifyPicture {
 
 struct VerifyPixels {
   std::string band;
-  Referee first, second;
+  std::size_t first, second;
   PixelAgreement agreement;
 };
 
 /// What one method has found out about a scene.
 struct VerifyMethod {
+  std::string name;     ///< the method's word
   std::string refusal;  ///< why it has found nothing; empty: it has
   double seconds = 0;
   std::string what;  ///< what was run: photons, paths, cells
@@ -86,34 +79,34 @@ struct VerifiedScene {
   std::array<int, 2> resolution{1, 1};
   std::vector<std::string> bands;
   std::vector<bool> grey;  ///< per band: no unit
-  ByReferee<VerifyMethod> methods;
+  std::vector<VerifyMethod> methods;
   std::vector<VerifyRow> rows;
   std::vector<VerifyPixels> pixels;
   bool demands_resolution = false;
   bool partial = false;  ///< cancelled: nothing was compared
 
-  const VerifyMethod& method(Referee which) const { return methods[static_cast<std::size_t>(which)]; }
+  /// @pre there is one of this word
+  const VerifyMethod& method(std::string_view word) const;
   /// One sentence for each comparison that fails, none: all agree.
   std::vector<std::string> failures() const;
   /// Comparisons that were made.
   std::size_t comparisons() const;
 };
 
+/// The methods that judge each other: one of each word, of those that share one the plan's choice.
+std::vector<Method> referees(Session& session);
+
 /// Runs one method. A method that refuses the scene says so in its result; so does one that was cancelled.
-VerifyMethod run_method(Session& session, Referee method, const VerifySettings& settings,
+VerifyMethod run_method(Session& session, const Method& method, const VerifySettings& settings,
                         const Progress& progress = {});
 
 /// Compares what methods have found about a scene, or about what each of them took for it.
-VerifiedScene compare_methods(const Description& scene, ByReferee<VerifyMethod> methods,
+VerifiedScene compare_methods(const Description& scene, std::vector<VerifyMethod> methods,
                               const VerifySettings& settings);
 
 /// Runs all methods. A method that refuses the scene is left out, and says why.
 /// @throws InputError, ResourceError as build_world()
 VerifiedScene verify_scene(const Description& scene, const VerifySettings& settings, const Progress& progress = {});
-
-/// Makes a user's scene fit for all methods: its picture becomes at most `pixels` wide and high, with the same
-/// view and the same settings per pixel.
-void shrink_picture(Description& scene, int pixels);
 
 /// For people: one line for each number, then one for each picture; for programs.
 std::string verify_table(const std::vector<VerifiedScene>& scenes);

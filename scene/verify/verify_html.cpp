@@ -5,6 +5,7 @@
 #include <cmath>
 #include <ostream>
 
+#include "octree/base/error_scale.h"
 #include "scene/page/html_page.h"
 #include "scene/verify/verify.h"
 #include "sensor/picture/preview.h"
@@ -32,7 +33,7 @@ double percentile(std::vector<float> values, double share) {
 }
 
 std::string pictures_of(const VerifiedScene& scene, std::size_t band) {
-  ByReferee<VerifyPicture> all;
+  std::vector<VerifyPicture> all(scene.methods.size());
   for (std::size_t m = 0; m < all.size(); ++m) {
     if (!scene.methods[m].pictures.empty()) all[m] = scene.methods[m].pictures[band];
   }
@@ -50,9 +51,8 @@ std::string pictures_of(const VerifiedScene& scene, std::size_t band) {
   const auto row = [](const std::string& content) { return "<div class=\"pictures\">\n" + content + "</div>\n"; };
   const auto each = [&](const auto& make) {
     std::string content;
-    for (const Referee method : kReferees) {
-      const VerifyPicture& p = all[static_cast<std::size_t>(method)];
-      if (!p.radiance.empty()) content += make(std::string(name_of(method)), p);
+    for (std::size_t m = 0; m < all.size(); ++m) {
+      if (!all[m].radiance.empty()) content += make(scene.methods[m].name, all[m]);
     }
     return row(content);
   };
@@ -60,8 +60,8 @@ std::string pictures_of(const VerifiedScene& scene, std::size_t band) {
     std::string content;
     for (const VerifyPixels& p : scene.pixels) {
       if (p.band != scene.bands[band]) continue;
-      content += make(fmt::format("{} - {}", name_of(p.first), name_of(p.second)),
-                      all[static_cast<std::size_t>(p.first)], all[static_cast<std::size_t>(p.second)]);
+      content += make(fmt::format("{} - {}", scene.methods[p.first].name, scene.methods[p.second].name), all[p.first],
+                      all[p.second]);
     }
     return row(content);
   };
@@ -96,7 +96,7 @@ std::string pictures_of(const VerifiedScene& scene, std::size_t band) {
     const float largest = *std::max_element(b.radiance.begin(), b.radiance.end());
     std::vector<float> relative(a.radiance.size()), size(a.radiance.size());
     for (std::size_t i = 0; i < relative.size(); ++i) {
-      const float floor = std::max(std::abs(b.radiance[i]), 0.05f * std::abs(largest));
+      const auto floor = static_cast<float>(error_scale(b.radiance[i], largest));
       relative[i] = floor > 0 ? 100 * (a.radiance[i] - b.radiance[i]) / floor : 0.0f;
       size[i] = std::abs(relative[i]);
     }
@@ -115,7 +115,7 @@ std::string cell(const std::optional<Measured>& m) {
 
 std::string table_of(const VerifiedScene& scene) {
   std::string html = "<div class=\"scroll\"><table><tr><th>quantity</th>";
-  for (const Referee method : kReferees) html += fmt::format("<th>{}</th>", name_of(method));
+  for (const std::string& word : method_words()) html += fmt::format("<th>{}</th>", word);
   html +=
       "<th>photon bias</th><th>pair</th><th>difference</th><th>z (limit)</th><th>would be "
       "seen</th><th>verdict</th></tr>\n";
@@ -133,8 +133,8 @@ std::string table_of(const VerifiedScene& scene) {
       const bool sharp = a.sharp || !scene.demands_resolution;
       html += fmt::format(
           "<tr>{}<td>{} &minus; {}</td><td>{:+.2f} %</td><td>{:+.1f} ({:.1f})</td><td>{:.1f} %</td>{}</tr>\n", values,
-          name_of(pair.first), name_of(pair.second), 100 * a.relative, a.z, a.limit, 100 * a.detectable,
-          verdict(a.agree && sharp, a.agree ? "too weak" : "differ"));
+          scene.methods[pair.first].name, scene.methods[pair.second].name, 100 * a.relative, a.z, a.limit,
+          100 * a.detectable, verdict(a.agree && sharp, a.agree ? "too weak" : "differ"));
       values = "<td></td><td></td><td></td><td></td><td></td>";
     }
   }
@@ -144,8 +144,8 @@ std::string table_of(const VerifiedScene& scene) {
         "<tr><td>{}</td><td></td><td></td><td></td><td></td><td>{} &minus; {}</td><td>{:.2f} % rms</td><td>{:.2f} "
         "({:.2f}) rms"
         "</td><td>{:.0f} % inside 95 %</td>{}</tr>\n",
-        html_escaped(scene.bands.size() > 1 ? "pixels, " + p.band : "pixels"), name_of(p.first), name_of(p.second),
-        100 * a.image_error, a.rms_z, a.high, 100 * a.inside, verdict(a.agree, "differ"));
+        html_escaped(scene.bands.size() > 1 ? "pixels, " + p.band : "pixels"), scene.methods[p.first].name,
+        scene.methods[p.second].name, 100 * a.image_error, a.rms_z, a.high, 100 * a.inside, verdict(a.agree, "differ"));
   }
   return html + "</table></div>\n";
 }
@@ -180,11 +180,9 @@ std::string page(const std::vector<VerifiedScene>& scenes) {
   for (const VerifiedScene& scene : scenes) {
     html += fmt::format("<h2>{}</h2>\n<p class=\"about\">{}</p>\n<ul class=\"what\">\n", html_escaped(scene.name),
                         html_escaped(scene.about));
-    for (const Referee method : kReferees) {
-      const VerifyMethod& m = scene.methods[static_cast<std::size_t>(method)];
-      html += m.refusal.empty()
-                  ? fmt::format("<li>{}: {}; {:.1f} s</li>\n", name_of(method), html_escaped(m.what), m.seconds)
-                  : fmt::format("<li>without {}: {}</li>\n", name_of(method), html_escaped(m.refusal));
+    for (const VerifyMethod& m : scene.methods) {
+      html += m.refusal.empty() ? fmt::format("<li>{}: {}; {:.1f} s</li>\n", m.name, html_escaped(m.what), m.seconds)
+                                : fmt::format("<li>without {}: {}</li>\n", m.name, html_escaped(m.refusal));
     }
     html += "</ul>\n";
     for (std::size_t band = 0; band < scene.bands.size() && !scene.partial; ++band) {

@@ -43,14 +43,28 @@ std::string lay_out(const std::vector<Line>& lines) {
   return text;
 }
 
-/// The three pairs, in the columns' order.
-constexpr std::array<std::array<Referee, 2>, 3> kPairs{
-    {{Referee::photon, Referee::path}, {Referee::photon, Referee::ordinates}, {Referee::path, Referee::ordinates}}};
+/// The pairs of methods in the columns' order.
+std::vector<std::array<std::size_t, 2>> pairs_of(std::size_t methods) {
+  std::vector<std::array<std::size_t, 2>> pairs;
+  for (std::size_t a = 0; a < methods; ++a) {
+    for (std::size_t b = a + 1; b < methods; ++b) pairs.push_back({a, b});
+  }
+  return pairs;
+}
 
 template <class List>
-auto find_pair(const List& list, const std::array<Referee, 2>& pair) {
+auto find_pair(const List& list, const std::array<std::size_t, 2>& pair) {
   return std::find_if(list.begin(), list.end(),
                       [&](const auto& entry) { return entry.first == pair[0] && entry.second == pair[1]; });
+}
+
+Line header() {
+  const std::vector<std::string> words = method_words();
+  Line line{"case", "quantity"};
+  for (const std::string& word : words) line.push_back(word + " +-");
+  for (const auto& [a, b] : pairs_of(words.size())) line.push_back(words[a] + "-" + words[b] + " z");
+  line.insert(line.end(), {words.front() + " bias", "verdict"});
+  return line;
 }
 
 void add_lines(const VerifiedScene& scene, std::vector<Line>& lines) {
@@ -61,7 +75,7 @@ void add_lines(const VerifiedScene& scene, std::vector<Line>& lines) {
     Line line{scene.name, quantity_name(row.quantity, row.band)};
     for (const auto& m : row.measured) line.push_back(value_text(m));
     bool agree = true, sharp = true;
-    for (const auto& wanted : kPairs) {
+    for (const auto& wanted : pairs_of(scene.methods.size())) {
       const auto pair = find_pair(row.pairs, wanted);
       if (pair == row.pairs.end()) {
         line.push_back("-");
@@ -84,7 +98,7 @@ void add_lines(const VerifiedScene& scene, std::vector<Line>& lines) {
                  [&](const VerifyPixels& p) { return p.band == band; });
     Line line{scene.name, quantity_name("pixels: rms, z", band), "", "", ""};
     bool agree = true;
-    for (const auto& wanted : kPairs) {
+    for (const auto& wanted : pairs_of(scene.methods.size())) {
       const auto pair = find_pair(of_band, wanted);
       if (pair == of_band.end()) {
         line.push_back("-");
@@ -113,22 +127,21 @@ Json json_of(const VerifiedScene& scene) {
   json["failures"] = scene.failures();
   json["partial"] = scene.partial;
   json["resolution"] = scene.resolution;
-  for (const Referee method : kReferees) {
-    const VerifyMethod& m = scene.methods[static_cast<std::size_t>(method)];
-    json["methods"][name_of(method)] = {{"what", m.what}, {"seconds", number(m.seconds)}, {"refusal", m.refusal}};
+  for (const VerifyMethod& m : scene.methods) {
+    json["methods"][m.name] = {{"what", m.what}, {"seconds", number(m.seconds)}, {"refusal", m.refusal}};
   }
   json["quantities"] = Json::array();
   for (const VerifyRow& row : scene.rows) {
     Json entry = {{"quantity", row.quantity}, {"band", row.band}};
-    for (const Referee method : kReferees) {
-      const auto& m = row.measured[static_cast<std::size_t>(method)];
-      entry[name_of(method)] =
+    for (std::size_t method = 0; method < row.measured.size(); ++method) {
+      const auto& m = row.measured[method];
+      entry[scene.methods[method].name] =
           m ? Json{{"value", number(m->value)}, {"error", number(m->error)}, {"bias", number(m->bias)}} : Json(nullptr);
     }
     entry["pairs"] = Json::array();
     for (const VerifyPair& pair : row.pairs) {
       const Agreement& a = pair.agreement;
-      entry["pairs"].push_back({{"methods", {name_of(pair.first), name_of(pair.second)}},
+      entry["pairs"].push_back({{"methods", {scene.methods[pair.first].name, scene.methods[pair.second].name}},
                                 {"difference", number(a.difference)},
                                 {"relative", number(a.relative)},
                                 {"error", number(a.error)},
@@ -144,7 +157,7 @@ Json json_of(const VerifiedScene& scene) {
   for (const VerifyPixels& p : scene.pixels) {
     const PixelAgreement& a = p.agreement;
     json["pixels"].push_back({{"band", p.band},
-                              {"methods", {name_of(p.first), name_of(p.second)}},
+                              {"methods", {scene.methods[p.first].name, scene.methods[p.second].name}},
                               {"image_error", number(a.image_error)},
                               {"rms_z", number(a.rms_z)},
                               {"rms_z_without_bias", number(a.z)},
@@ -159,14 +172,12 @@ Json json_of(const VerifiedScene& scene) {
 }  // namespace
 
 std::string verify_table(const std::vector<VerifiedScene>& scenes) {
-  std::vector<Line> lines{{"case", "quantity", "photon +-", "path +-", "ordinates +-", "photon-path z", "photon-ord. z",
-                           "path-ord. z", "photon bias", "verdict"}};
+  std::vector<Line> lines{header()};
   for (const VerifiedScene& scene : scenes) add_lines(scene, lines);
   std::string text = lay_out(lines);
   for (const VerifiedScene& scene : scenes) {
-    for (const Referee method : kReferees) {
-      const std::string& refusal = scene.methods[static_cast<std::size_t>(method)].refusal;
-      if (!refusal.empty()) text += fmt::format("{}: without {}: {}\n", scene.name, name_of(method), refusal);
+    for (const VerifyMethod& method : scene.methods) {
+      if (!method.refusal.empty()) text += fmt::format("{}: without {}: {}\n", scene.name, method.name, method.refusal);
     }
     if (scene.partial) text += scene.name + ": stopped before the end, nothing compared\n";
   }

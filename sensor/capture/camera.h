@@ -26,6 +26,8 @@ struct CameraSettings {
   double width_m = 1;
   /// Columns and rows.
   std::array<int, 2> resolution{320, 240};
+
+  bool operator==(const CameraSettings&) const = default;
 };
 
 /// What is wrong with the settings, or nothing. `where` is the key as in a scene file's "sensor".

@@ -2,8 +2,9 @@
 
 namespace obscura {
 
-RadianceCounts trace_bands(const World& world, const Estimator& estimator, double share, std::span<const Ray> rays,
-                           std::span<const std::uint64_t> histories, std::span<RaySample> samples) {
+RadianceCounts trace_bands(const World& world, const RadianceEstimator& estimator, const RayShare& share,
+                           std::span<const Ray> rays, std::span<const std::uint64_t> histories,
+                           std::span<RaySample> samples) {
   RadianceCounts counts;
   for (RaySample& sample : samples) {
     for (BandSample& band : sample.bands) band.transmission = band.transmission_atmosphere = 0;

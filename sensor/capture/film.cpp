@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "sensor/capture/pool.h"
+
 namespace obscura {
 namespace {
 
@@ -212,8 +214,7 @@ void Film::pool_errors() {
   for (int b = 0; b < bands(); ++b) {
     const std::span<const float> transmission = values(b, Value::transmission);
     const auto cloudy = [&](int x, int y) {
-      return x >= 0 && x < columns() && y >= 0 && y < rows() && passes(x, y) > 0 &&
-             transmission[static_cast<std::size_t>(y * columns() + x)] < 1;
+      return passes(x, y) > 0 && transmission[static_cast<std::size_t>(y * columns() + x)] < 1;
     };
     for (const Value which : {Value::error, Value::bias}) {
       const std::span<float> own = plane(kBandValues * b + static_cast<int>(which));
@@ -223,17 +224,11 @@ void Film::pool_errors() {
           const auto place = static_cast<std::size_t>(y * columns() + x);
           pooled[place] = own[place];
           if (!cloudy(x, y)) continue;
-          double sum = 0, weights = 0;
-          for (int v = y - 1; v <= y + 1; ++v) {
-            for (int u = x - 1; u <= x + 1; ++u) {
-              if (!cloudy(u, v)) continue;
-              const double value = own[static_cast<std::size_t>(v * columns() + u)];
-              const double weight = (u == x ? 2.0 : 1.0) * (v == y ? 2.0 : 1.0);
-              sum += weight * (squares ? value * value : value);
-              weights += weight;
-            }
-          }
-          pooled[place] = static_cast<float>(squares ? std::sqrt(sum / weights) : sum / weights);
+          const double mean = detail::pooled(x, y, columns(), rows(), cloudy, [&](int u, int v) {
+            const double value = own[static_cast<std::size_t>(v * columns() + u)];
+            return squares ? value * value : value;
+          });
+          pooled[place] = static_cast<float>(squares ? std::sqrt(mean) : mean);
         }
       }
       std::ranges::copy(pooled, own.begin());

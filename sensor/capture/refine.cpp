@@ -6,7 +6,9 @@
 #include <atomic>
 #include <cmath>
 
+#include "octree/base/error_scale.h"
 #include "photon/paths/sunlight.h"
+#include "sensor/capture/pool.h"
 
 namespace obscura {
 namespace {
@@ -17,8 +19,6 @@ constexpr std::uint64_t kDecidingHistory = std::uint64_t{1} << 52;
 constexpr double kDecidingShare = 0.125;
 /// The range of four normal numbers is below this many standard deviations 19 times of 20.
 constexpr double kNoiseRange = 3.63;
-/// Radiance below this share of the picture's bright end is dark.
-constexpr double kDarkShare = 0.05;
 /// Slopes are believed beyond this many times the square that noise alone makes, 19 times of 20.
 constexpr double kNoiseSlope = 3;
 /// Share of the corners that may outshine the bright end.
@@ -72,7 +72,7 @@ RayCounts& RayCounts::operator+=(const RayCounts& other) noexcept {
   return *this;
 }
 
-CornerRays::CornerRays(const World& world, const Estimator& estimator, const Sampler& sampler, int levels)
+CornerRays::CornerRays(const World& world, const RadianceEstimator& estimator, const Sampler& sampler, int levels)
     : world_(&world),
       estimator_(&estimator),
       sampler_(&sampler),
@@ -98,7 +98,8 @@ RadianceCounts CornerRays::trace(std::span<const Corner> corners, std::span<floa
     places.push_back(i);
   }
   std::vector<RaySample> samples(rays.size(), RaySample(bands_));
-  const RadianceCounts counts = trace_bands(*world_, *estimator_, kDecidingShare, rays, histories, samples);
+  const RadianceCounts counts =
+      trace_bands(*world_, *estimator_, sampler_->share(kDecidingShare), rays, histories, samples);
   std::vector<float> shares(rays.size());
   if (shadows_) sunlit_shares(*world_, sampler_->settings().seed, rays, histories, shares);
   PixelSum sum(bands_);
@@ -123,7 +124,8 @@ struct Refiner::Cell {
   std::uint32_t x, y;  // within the pixel, in its own side lengths
 };
 
-Refiner::Refiner(const World& world, const Estimator& estimator, const Sampler& sampler, const Progress& progress)
+Refiner::Refiner(const World& world, const RadianceEstimator& estimator, const Sampler& sampler,
+                 const Progress& progress)
     : world_(&world),
       sampler_(&sampler),
       settings_(&*sampler.settings().adaptive),
@@ -200,16 +202,10 @@ void Refiner::pool_noise() {
     tbb::parallel_for(0, rows_of_pixels_ + 1, [&](int y) {
       for (int x = 0; x <= columns_; ++x) {
         if (!wanted(x, y)) continue;
-        double sum = 0, weights = 0;
-        for (int v = std::max(0, y - 1); v <= std::min(rows_of_pixels_, y + 1); ++v) {
-          for (int u = std::max(0, x - 1); u <= std::min(columns_, x + 1); ++u) {
-            const double weight = wanted(u, v) ? (u == x ? 2.0 : 1.0) * (v == y ? 2.0 : 1.0) : 0.0;
-            sum += weight * own[static_cast<std::size_t>(v * (columns_ + 1) + u)];
-            weights += weight;
-          }
-        }
         grid_[static_cast<std::size_t>(y * (columns_ + 1) + x) * corners_.stride() + k] =
-            static_cast<float>(sum / weights);
+            static_cast<float>(detail::pooled(
+                x, y, columns_ + 1, rows_of_pixels_ + 1, [&](int u, int v) { return wanted(u, v); },
+                [&](int u, int v) { return own[static_cast<std::size_t>(v * (columns_ + 1) + u)]; }));
       }
     });
   }

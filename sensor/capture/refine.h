@@ -33,7 +33,7 @@ class CornerRays {
   };
 
   /// @param levels how often a pixel may be split
-  CornerRays(const World& world, const Estimator& estimator, const Sampler& sampler, int levels);
+  CornerRays(const World& world, const RadianceEstimator& estimator, const Sampler& sampler, int levels);
 
   /// Floats per corner: the sunlit share, then per band transmission, radiance and its variance.
   std::size_t stride() const noexcept { return 1 + 3 * static_cast<std::size_t>(bands_); }
@@ -45,7 +45,7 @@ class CornerRays {
 
  private:
   const World* world_;
-  const Estimator* estimator_;
+  const RadianceEstimator* estimator_;
   const Sampler* sampler_;
   int levels_;
   int bands_;
@@ -79,7 +79,7 @@ struct TileStrata {
 class Refiner {
  public:
   /// Traces the rays at the corners of the pixels of all tiles to be done. Keeps references to all that it is given.
-  Refiner(const World& world, const Estimator& estimator, const Sampler& sampler, const Progress& progress);
+  Refiner(const World& world, const RadianceEstimator& estimator, const Sampler& sampler, const Progress& progress);
 
   /// Columns, rows as the tile's. Thread-safe.
   TileStrata split(const FilmTile& tile) const;

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "sensor/capture/pool.h"
+
 namespace obscura {
 namespace {
 
@@ -20,7 +22,7 @@ std::uint32_t object_at(const World& world, const std::optional<Ray>& ray) {
 /// One tile on its way to the film.
 class TilePass {
  public:
-  TilePass(const World& world, const Estimator& estimator, const Sampler& sampler, const Refiner* refiner,
+  TilePass(const World& world, const RadianceEstimator& estimator, const Sampler& sampler, const Refiner* refiner,
            FilmTile tile)
       : world_(world),
         estimator_(estimator),
@@ -95,8 +97,8 @@ class TilePass {
       }
       const std::size_t begin = samples_.size();
       samples_.resize(begin + together.size(), RaySample(bands_));
-      counts +=
-          trace_bands(world_, estimator_, share * effort_, together, histories, std::span(samples_).subspan(begin));
+      counts += trace_bands(world_, estimator_, sampler_.share(share * effort_), together, histories,
+                            std::span(samples_).subspan(begin));
     }
     if (refiner_) {
       for (std::size_t r = traced_; r < sent_.size(); ++r) level(r);
@@ -149,7 +151,7 @@ class TilePass {
   }
 
   const World& world_;
-  const Estimator& estimator_;
+  const RadianceEstimator& estimator_;
   const Sampler& sampler_;
   const Refiner* refiner_;
   FilmTile tile_;
@@ -197,19 +199,14 @@ void TilePass::by_halves() {
     const int x0 = static_cast<int>(pixel) % columns_, y0 = static_cast<int>(pixel) / columns_;
     double times = 1;
     for (int b = 0; b < bands_; ++b) {
-      double variance = 0, weights = 0;
-      for (int y = std::max(0, y0 - 1); y <= std::min(rows - 1, y0 + 1); ++y) {
-        for (int x = std::max(0, x0 - 1); x <= std::min(columns_ - 1, x0 + 1); ++x) {
-          const double weight = (x == x0 ? 2.0 : 1.0) * (y == y0 ? 2.0 : 1.0);
-          variance += weight * half[static_cast<std::size_t>((y * columns_ + x) * bands_ + b)].variance;
-          weights += weight;
-        }
-      }
+      const double variance = detail::pooled(
+          x0, y0, columns_, rows, [](int, int) { return true; },
+          [&](int x, int y) { return half[static_cast<std::size_t>((y * columns_ + x) * bands_ + b)].variance; });
       const double scale =
           std::max(std::abs(half[pixel * static_cast<std::size_t>(bands_) + static_cast<std::size_t>(b)].radiance),
                    refiner_->dark(b));
       const double target = *settings.error * scale;
-      if (target > 0) times = std::max(times, 0.5 * variance / weights / (target * target));
+      if (target > 0) times = std::max(times, 0.5 * variance / (target * target));
     }
     return times;
   };
@@ -245,22 +242,14 @@ void TilePass::by_halves() {
 
 }  // namespace
 
-Rendered render(const World& world, std::span<const PhotonMaps> maps, const Camera& camera,
-                const SamplerSettings& sampling, const RadianceSettings& radiance, const Progress& progress) {
-  const auto by_map = [&](int interval, double share, std::span<const Ray> rays,
-                          std::span<const std::uint64_t> histories, std::span<Incoming> incoming) {
-    const PhotonMaps* map = maps.empty() ? nullptr : &maps[static_cast<std::size_t>(interval)];
-    RadianceSettings settings = radiance;
-    settings.footprint = camera.footprint(share);
-    if (sampling.samples > 0)
-      settings.points = std::clamp(static_cast<int>(std::ceil(share * sampling.samples - 1e-9)), 1, kMostPoints);
-    return incoming_radiance(world, interval, map, settings, rays, histories, incoming);
-  };
-  return render(world, by_map, camera, sampling, progress);
+void Rendered::merge(const Rendered& other) {
+  film.merge(other.film);
+  counts += other.counts;
+  rays += other.rays;
 }
 
-Rendered render(const World& world, const Estimator& estimator, const Camera& camera, const SamplerSettings& sampling,
-                const Progress& progress) {
+Rendered render(const World& world, const RadianceEstimator& estimator, const Camera& camera,
+                const SamplerSettings& sampling, const Progress& progress) {
   Film film({{camera.columns(), camera.rows()}, static_cast<int>(world.bands().size())});
   const Sampler sampler(camera, sampling);
   std::optional<Refiner> refiner;

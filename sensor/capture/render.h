@@ -2,8 +2,6 @@
 // bring home.
 #pragma once
 
-#include <span>
-
 #include "octree/base/progress.h"
 #include "sensor/capture/camera.h"
 #include "sensor/capture/estimator.h"
@@ -17,15 +15,13 @@ struct Rendered {
   Film film;
   RadianceCounts counts;  ///< over all rays and spectral intervals
   RayCounts rays;
+
+  /// Adds an independent pass over the same image.
+  void merge(const Rendered& other);
 };
 
 /// The same bits for any number of threads. Cancelled: the tiles that were finished, film.partial().
-Rendered render(const World& world, const Estimator& estimator, const Camera& camera, const SamplerSettings& sampling,
-                const Progress& progress = {});
-
-/// By photon maps.
-/// @param maps one per spectral interval of the World, or none: direct light only
-Rendered render(const World& world, std::span<const PhotonMaps> maps, const Camera& camera,
-                const SamplerSettings& sampling, const RadianceSettings& radiance, const Progress& progress = {});
+Rendered render(const World& world, const RadianceEstimator& estimator, const Camera& camera,
+                const SamplerSettings& sampling, const Progress& progress = {});
 
 }  // namespace obscura

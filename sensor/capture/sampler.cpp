@@ -50,4 +50,11 @@ void Sampler::rays(int x, int y, std::span<const Stratum> strata, int first, std
   }
 }
 
+RayShare Sampler::share(double of_pixel) const noexcept {
+  RayShare share{camera_->footprint(of_pixel), 0};
+  if (settings_.samples > 0)
+    share.paths = std::clamp(static_cast<int>(std::ceil(of_pixel * settings_.samples - 1e-9)), 1, kMostPoints);
+  return share;
+}
+
 }  // namespace obscura

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "octree/base/random.h"
+#include "photon/methods/estimator.h"
 #include "photon/spot/spot.h"
 #include "sensor/capture/camera.h"
 
@@ -28,8 +29,8 @@ struct SamplerSettings {
   /// Rays per pixel, at most; without `adaptive` every pixel gets as many.
   int max_oversampling = 16;
   std::optional<AdaptiveSettings> adaptive = std::nullopt;
-  /// Points or paths per pixel, over all its rays, each of which gets its area's share; 0: every ray as many as
-  /// RadianceSettings say.
+  /// Points or paths per pixel, over all its rays, each of which gets its area's share; 0: every ray as many as the
+  /// method has by itself.
   int samples = 0;
   std::uint64_t seed = 1;
   /// Passes over one image with different numbers draw different rays.
@@ -73,6 +74,9 @@ class Sampler {
 
   /// The ray through the pixel's centre, which names its object.
   std::optional<Ray> centre(int x, int y) const noexcept { return camera_->ray(x + 0.5, y + 0.5); }
+
+  /// What rays stand for that have a share of their pixel, (0, 1].
+  RayShare share(double of_pixel) const noexcept;
 
   const Camera& camera() const noexcept { return *camera_; }
   const SamplerSettings& settings() const noexcept { return settings_; }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "octree/base/error_scale.h"
 #include "octree/base/statistics.h"
 
 namespace obscura {
@@ -67,7 +68,7 @@ PixelAgreement pixel_agreement(const PixelView& a, const PixelView& b, double sl
   for (std::size_t i = 0; i < a.value.size(); ++i) {
     const double va = a.value[i], vb = b.value[i];
     const double difference = va - vb;
-    const double floor = std::max(std::abs(vb), 0.05 * largest);
+    const double floor = error_scale(vb, largest);
     if (floor > 0) relative2 += difference * difference / (floor * floor);
     const double rounding = kRounding * std::max(std::abs(va), std::abs(vb));
     const double error = std::hypot(static_cast<double>(a.error[i]), static_cast<double>(b.error[i]));

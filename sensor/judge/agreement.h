@@ -3,18 +3,11 @@
 #pragma once
 
 #include <cmath>
-#include <limits>
 #include <span>
 
-namespace obscura {
+#include "octree/base/statistics.h"
 
-/// A number as a method has measured it.
-struct Measured {
-  double value = 0;
-  double error = 0;                                          ///< standard error
-  double freedom = std::numeric_limits<double>::infinity();  ///< degrees of freedom of the error
-  double bias = 0;  ///< how far the method's own systematic error may have carried the value, >= 0
-};
+namespace obscura {
 
 /// Mean of independent measurements of equal weight; biases are averaged.
 Measured mean_of(std::span<const Measured> measurements);

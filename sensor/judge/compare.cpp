@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "octree/base/error_scale.h"
+
 namespace obscura {
 namespace {
 
@@ -43,7 +45,7 @@ ChannelDifference compare_channel(const std::string& name, const Image& image, c
       largest = std::max(largest, std::abs(static_cast<double>(expected[i])));
     }
   }
-  const double floor = 0.05 * largest;
+  const double floor = error_scale(0, largest);
 
   std::span<const float> error, error_reference;
   if (constexpr std::string_view suffix = "radiance"; name.ends_with(".radiance")) {

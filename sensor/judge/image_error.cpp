@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "octree/base/error_scale.h"
 #include "octree/base/statistics.h"
 
 namespace obscura {
 namespace {
 
-/// Errors of dark pixels are relative to this share of the brightest radiance, as in the image error.
-constexpr double kFloor = 0.05;
 /// A pixel's radiance is averaged over more and more neighbours until its relative error is below this.
 constexpr double kKnown = 0.1;
 
@@ -80,7 +79,7 @@ std::vector<double> scales(const Film& film, int band) {
     }
   }
   if (!(brightest > 0)) brightest = fallback;
-  for (double& value : result) value = std::max(value, kFloor * brightest);
+  for (double& value : result) value = error_scale(value, brightest);
   return result;
 }
 

@@ -4,14 +4,14 @@
 #include <array>
 #include <cmath>
 
+#include "octree/base/error_scale.h"
+
 namespace obscura {
 namespace {
 
 /// About so many tiles does the jackknife cut a picture into.
 constexpr double kTiles = 48;
 /// Errors of pixels darker than this share of the largest radiance are relative to that share (sensor/METHODS.md,
-/// "Comparing images").
-constexpr double kFloor = 0.05;
 
 /// Weights of the pixels: the mean of weight times squared difference is the square of the image error.
 std::vector<double> weights_of(const std::vector<float>& reference) {
@@ -19,7 +19,7 @@ std::vector<double> weights_of(const std::vector<float>& reference) {
   for (const float value : reference) largest = std::max(largest, std::abs(static_cast<double>(value)));
   std::vector<double> weights(reference.size(), 0.0);
   for (std::size_t p = 0; p < weights.size(); ++p) {
-    const double scale = std::max(std::abs(static_cast<double>(reference[p])), kFloor * largest);
+    const double scale = error_scale(reference[p], largest);
     if (scale > 0) weights[p] = 1 / (scale * scale);
   }
   return weights;

@@ -96,8 +96,8 @@ SightRays sight_rays(const Camera& camera, const ObjectMask& mask, int lines_per
   return result;
 }
 
-Sight look(const World& world, std::span<const PhotonMaps> maps, const RadianceSettings& radiance,
-           const SightRays& rays, std::uint32_t object, const Progress& progress) {
+Sight look(const World& world, const RadianceEstimator& estimator, const SightRays& rays, std::uint32_t object,
+           const Progress& progress) {
   const std::size_t bands = world.bands().size(), count = rays.rays.size();
   std::vector<double> values(bands * count), biases(bands * count), transmission(bands * count);
   std::vector<std::uint8_t> on_object(count);
@@ -113,9 +113,7 @@ Sight look(const World& world, std::span<const PhotonMaps> maps, const RadianceS
       const IntervalIndex where = world.interval(i);
       const auto b = static_cast<std::size_t>(where.band);
       const double weight = world.bands()[b].intervals()[static_cast<std::size_t>(where.interval)].weight;
-      const PhotonMaps* map = maps.empty() ? nullptr : &maps[static_cast<std::size_t>(i)];
-      counts[block] +=
-          incoming_radiance(world, i, map, radiance, here, std::span(rays.histories).subspan(first, size), incoming);
+      counts[block] += estimator(i, {}, here, std::span(rays.histories).subspan(first, size), incoming);
       for (std::size_t r = 0; r < size; ++r) {
         values[b * count + first + r] += incoming[r].total();
         biases[b * count + first + r] += incoming[r].bias;

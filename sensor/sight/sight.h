@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "octree/base/progress.h"
-#include "photon/paths/radiance.h"
+#include "photon/methods/estimator.h"
 #include "sensor/capture/camera.h"
 #include "sensor/sight/obscuration.h"
 
@@ -39,9 +39,8 @@ struct Sight {
 };
 
 /// @param object index into the World's
-/// @param maps   one per spectral interval of the World, or none: direct light only
 /// The same bits for any number of threads. Cancelled: nothing of it is of use.
-Sight look(const World& world, std::span<const PhotonMaps> maps, const RadianceSettings& radiance,
-           const SightRays& rays, std::uint32_t object, const Progress& progress = {});
+Sight look(const World& world, const RadianceEstimator& estimator, const SightRays& rays, std::uint32_t object,
+           const Progress& progress = {});
 
 }  // namespace obscura

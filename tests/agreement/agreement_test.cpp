@@ -18,9 +18,9 @@ namespace {
 /// All comparisons agree, among all three methods. Fails by name.
 void check(const VerifiedScene& scene) {
   INFO(verify_table({scene}));
-  for (const Referee method : kReferees) {
-    INFO(name_of(method));
-    CHECK(scene.method(method).refusal.empty());
+  for (const VerifyMethod& method : scene.methods) {
+    INFO(method.name);
+    CHECK(method.refusal.empty());
   }
   for (const std::string& failure : scene.failures()) FAIL_CHECK(failure);
   CHECK(scene.pixels.size() == 3 * scene.bands.size());
@@ -29,15 +29,15 @@ void check(const VerifiedScene& scene) {
 
 /// Where one method takes the scene for another one, the others say so.
 void check_told_apart(const Description& right, const Description& wrong, const VerifySettings& settings) {
-  for (const Referee liar : {Referee::photon, Referee::path}) {
-    ByReferee<VerifyMethod> methods;
-    for (const Referee method : {Referee::photon, Referee::path}) {
+  constexpr std::size_t kPhoton = 0, kPath = 1;
+  for (const std::size_t liar : {kPhoton, kPath}) {
+    std::vector<VerifyMethod> methods;
+    for (const std::size_t method : {kPhoton, kPath}) {
       Session session(method == liar ? wrong : right, right.time_s);
-      methods[static_cast<std::size_t>(method)] = run_method(session, method, settings);
+      methods.push_back(run_method(session, referees(session)[method], settings));
     }
-    methods[static_cast<std::size_t>(Referee::ordinates)].refusal = "not asked";
     const VerifiedScene scene = compare_methods(right, std::move(methods), settings);
-    INFO(name_of(liar) << "\n" << verify_table({scene}));
+    INFO(method_words()[liar] << "\n" << verify_table({scene}));
     CHECK(!scene.failures().empty());
   }
 }

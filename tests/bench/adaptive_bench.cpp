@@ -14,6 +14,7 @@
 #include "octree/base/statistics.h"
 #include "octree/build/build.h"
 #include "sensor/capture/render.h"
+#include "tests/support/rendered.h"
 
 using namespace obscura;
 
@@ -267,7 +268,7 @@ Picture draw(const World& world, const Camera& camera, int most, bool adaptive, 
   RadianceSettings radiance;
   radiance.seed = seed;
   const double start = cpu_seconds();
-  const Rendered image = render(world, std::span<const PhotonMaps>{}, camera, settings, radiance);
+  const Rendered image = test::render_pass(world, std::span<const PhotonMaps>{}, camera, settings, radiance);
   Picture picture;
   picture.seconds = cpu_seconds() - start;
   const std::span<const float> values = image.film.values(0, Film::Value::radiance);

@@ -32,7 +32,7 @@ Times run(const Description& scene, int threads) {
   Session session(scene, 0);
   times.world = seconds_since(start);
   start = std::chrono::steady_clock::now();
-  session.light();
+  session.estimator(session.plan().method, scene.render.seed);
   times.photons = seconds_since(start);
   start = std::chrono::steady_clock::now();
   session.render();

@@ -23,7 +23,7 @@ constexpr std::array<const char*, 5> kLayers{"octree", "photon", "sensor", "scen
 // The rooms of each layer, in the order in which they may include each other.
 const std::map<std::string, std::vector<std::string>> kRooms{
     {"octree", {"base", "tree", "source", "build", "io"}},
-    {"photon", {"optics", "world", "spot", "map", "trace", "paths", "ordinates", "limits"}},
+    {"photon", {"optics", "world", "spot", "map", "trace", "paths", "ordinates", "methods", "limits"}},
     {"sensor", {"capture", "picture", "judge", "sight"}},
     {"scene",
      {"file", "meshes", "world", "plan", "session", "goal", "run", "page", "verify", "hiding", "study", "cli"}},

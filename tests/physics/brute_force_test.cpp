@@ -4,6 +4,7 @@
 #include "sensor/capture/render.h"
 #include "tests/support/agree.h"
 #include "tests/support/analogue.h"
+#include "tests/support/rendered.h"
 #include "tests/support/rough_cloud.h"
 #include "tests/support/worlds.h"
 
@@ -71,7 +72,7 @@ TEST_CASE("photon map and brute force agree on a rough cloud", "[physics][agreem
       settings_of_view.fov_deg = view.fov_deg;
       settings_of_view.resolution = {24, 16};
       const Camera camera(settings_of_view);
-      const Rendered rendered = render(world, light.maps, camera, {.max_oversampling = 16, .seed = 1}, {});
+      const Rendered rendered = test::render_pass(world, light.maps, camera, {.max_oversampling = 16, .seed = 1}, {});
 
       // The same pixels by brute force, each with its own error.
       Moments reference;

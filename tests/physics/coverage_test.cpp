@@ -4,6 +4,7 @@
 #include "photon/paths/path_tracer.h"
 #include "sensor/capture/render.h"
 #include "tests/support/distributions.h"
+#include "tests/support/rendered.h"
 #include "tests/support/worlds.h"
 
 using namespace obscura;
@@ -62,7 +63,7 @@ TEST_CASE("over 200 seeds the pixels' intervals hold the path tracer's values in
     settings.paths = count;
     settings.seed = seed;
     return render(world,
-                  [&](int interval, double, std::span<const Ray> all, std::span<const std::uint64_t> histories,
+                  [&](int interval, const RayShare&, std::span<const Ray> all, std::span<const std::uint64_t> histories,
                       std::span<Incoming> incoming) {
                     return path_radiance(world, interval, settings, all, histories, incoming);
                   },
@@ -100,19 +101,19 @@ TEST_CASE("over 200 seeds the pixels' intervals hold the path tracer's values in
     const Light light = trace_light(world, trace);
     RadianceSettings radiance;
     radiance.seed = seed;
-    by_map.add(render(world, light.maps, camera, {.max_oversampling = 8, .seed = seed}, radiance).film, truth,
-               truth_error);
+    by_map.add(test::render_pass(world, light.maps, camera, {.max_oversampling = 8, .seed = seed}, radiance).film,
+               truth, truth_error);
     radiance.gather_bounces = 1;
     radiance.gather.rounds = 2;
-    by_gather.add(render(world, light.maps, camera, {.max_oversampling = 8, .seed = seed}, radiance).film, truth,
-                  truth_error);
+    by_gather.add(test::render_pass(world, light.maps, camera, {.max_oversampling = 8, .seed = seed}, radiance).film,
+                  truth, truth_error);
     by_paths.add(paths(4, 8, seed), truth, truth_error);
     SamplerSettings adaptive;
     adaptive.max_oversampling = 16;
     adaptive.adaptive.emplace();
     adaptive.samples = 32;
     adaptive.seed = seed;
-    const Rendered rendered = render(world, light.maps, camera, adaptive, radiance);
+    const Rendered rendered = test::render_pass(world, light.maps, camera, adaptive, radiance);
     by_adaptive.add(rendered.film, truth, truth_error);
     adaptive_rays += rendered.film.rays();
   }

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include "sensor/capture/render.h"
+#include "tests/support/rendered.h"
 #include "tests/support/worlds.h"
 
 using namespace obscura;
@@ -38,7 +39,8 @@ Outcome run(int threads, std::uint64_t seed) {
     camera.resolution = {40, 30};
     RadianceSettings radiance;
     radiance.seed = seed;
-    const Film film = render(world, light.maps, Camera(camera), {.max_oversampling = 4, .seed = seed}, radiance).film;
+    const Film film =
+        test::render_pass(world, light.maps, Camera(camera), {.max_oversampling = 4, .seed = seed}, radiance).film;
     const auto copy = [&](Film::Value value) {
       const auto values = film.values(0, value);
       return std::vector<float>(values.begin(), values.end());

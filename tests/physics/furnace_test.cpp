@@ -3,6 +3,7 @@
 
 #include "sensor/capture/render.h"
 #include "tests/support/agree.h"
+#include "tests/support/rendered.h"
 #include "tests/support/worlds.h"
 
 using namespace obscura;
@@ -22,7 +23,7 @@ Film photograph(const World& world, std::uint64_t photons, int rays = 4) {
   trace.photons = photons;
   const Light light = trace_light(world, trace);
   CHECK(light.anomalies == 0);
-  Rendered rendered = render(world, light.maps, Camera(camera), {.max_oversampling = rays, .seed = 1}, {});
+  Rendered rendered = test::render_pass(world, light.maps, Camera(camera), {.max_oversampling = rays, .seed = 1}, {});
   CHECK(rendered.counts.anomalies == 0);
   return std::move(rendered.film);
 }

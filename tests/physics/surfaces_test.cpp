@@ -4,6 +4,7 @@
 #include "photon/optics/sampling.h"
 #include "sensor/capture/render.h"
 #include "tests/support/agree.h"
+#include "tests/support/rendered.h"
 #include "tests/support/shapes_of_surfaces.h"
 #include "tests/support/worlds.h"
 
@@ -23,7 +24,8 @@ TraceSettings photons(std::uint64_t count) {
 Film photograph(const World& world, const Light& light, const CameraSettings& camera, int rays,
                 const RadianceSettings& radiance = {}) {
   CHECK(light.anomalies == 0);
-  Rendered rendered = render(world, light.maps, Camera(camera), {.max_oversampling = rays, .seed = 1}, radiance);
+  Rendered rendered =
+      test::render_pass(world, light.maps, Camera(camera), {.max_oversampling = rays, .seed = 1}, radiance);
   CHECK(rendered.counts.anomalies == 0);
   return std::move(rendered.film);
 }

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "photon/ordinates/ordinates.h"
+#include "photon/paths/path_tracer.h"
 #include "tests/support/agree.h"
 #include "tests/support/estimators.h"
 
@@ -98,14 +99,14 @@ void check_furnace(const std::string& name, const WorldContents& contents, const
     CHECK(solution.fluence(cell) == Approx(4 * kPi * kB).epsilon(1e-4));
   CHECK(solution.flux(77).length() < 1e-4 * kB);
 
-  for (const Estimator& estimator : kEstimators) {
-    const bool map = estimator.bounces != kAllBounces;
-    INFO(estimator.name);
+  for (const MethodType* method : kMonteCarlo) {
+    const bool map = method->photons;
+    INFO(method->name);
     RadianceSettings settings;
     settings.gather.nearest = furnace.nearest;
-    const Seen radiance = seen(world, light, estimator, rays, 60, settings);
+    const Seen radiance = seen(world, light, *method, rays, 60, settings);
     const BatchMean around =
-        fluence_by(world, light, estimator, box.min + Vec3d(0.3 * size.x, 0.4 * size.y, 0.9 * size.z), 400);
+        fluence_by(world, light, *method, box.min + Vec3d(0.3 * size.x, 0.4 * size.y, 0.9 * size.z), 400);
     CHECK(radiance.anomalies == 0);
     INFO("radiance " << radiance.mean << " +- " << radiance.error << " (bias " << radiance.bias << "), fluence / 4 pi "
                      << around.mean / (4 * kPi) << " +- " << around.standard_error / (4 * kPi));
@@ -241,9 +242,9 @@ TEST_CASE("furnaces that are none are told: a sky or a source 10 % off", "[stabi
   TraceSettings trace;
   trace.photons = 40000;
   const Light light = trace_light(world, trace);
-  for (const Estimator& estimator : kEstimators) {
-    INFO(estimator.name);
-    const Seen radiance = seen(world, light, estimator, rays, 60);
+  for (const MethodType* method : kMonteCarlo) {
+    INFO(method->name);
+    const Seen radiance = seen(world, light, *method, rays, 60);
     CHECK(std::abs(radiance.mean - kB) > 5 * radiance.error + 0.02 * kB);
   }
 }

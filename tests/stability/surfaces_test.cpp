@@ -7,6 +7,7 @@
 #include "photon/optics/sampling.h"
 #include "sensor/capture/render.h"
 #include "tests/support/agree.h"
+#include "tests/support/rendered.h"
 #include "tests/support/shapes_of_surfaces.h"
 #include "tests/support/worlds.h"
 
@@ -44,7 +45,8 @@ void check_numbers(const World& world, const Vec3d& from, const Vec3d& at, std::
   camera.up = {0.1, 0.2, 1};
   camera.fov_deg = 60;
   camera.resolution = {16, 12};
-  const Rendered rendered = render(world, light.maps, Camera(camera), {.max_oversampling = 2, .seed = 1}, {});
+  const Rendered rendered =
+      test::render_pass(world, light.maps, Camera(camera), {.max_oversampling = 2, .seed = 1}, {});
   CHECK(rendered.counts.anomalies == 0);
   const auto values = rendered.film.values(0, Film::Value::radiance);
   CHECK(std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v) && v >= 0; }));

@@ -49,8 +49,8 @@ inline LocalEstimate local_estimate(const LocalLight& light, double photons, int
     if (random.uniform() * most >= light.fluence(y)) continue;
     const auto batch = static_cast<std::uint16_t>(photons_here.size() % kBatches);
     const auto direction = encode_direction({0, 0, 1});
-    photons_here.push_back({Vec3f(y), direction, static_cast<float>(flicker / photons), batch, 0, 0});
-    of_one.push_back({Vec3f(y), direction, static_cast<float>(1 / (photons * light.fluence(y))), batch, 0, 0});
+    photons_here.push_back({Vec3f(y), direction, static_cast<float>(flicker / photons), batch, 0});
+    of_one.push_back({Vec3f(y), direction, static_cast<float>(1 / (photons * light.fluence(y))), batch, 0});
   }
   GatherSettings settings;
   settings.nearest = k;

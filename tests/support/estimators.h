@@ -4,22 +4,21 @@
 #include <span>
 #include <vector>
 
+#include "photon/methods/method.h"
 #include "photon/paths/fluence.h"
-#include "photon/paths/path_tracer.h"
 #include "tests/support/worlds.h"
 
 namespace obscura::test {
 
-struct Estimator {
-  const char* name;
-  int bounces;  ///< RadianceSettings::gather_bounces
-};
-inline constexpr Estimator kPhotonMap{"photon map", 0}, kFinalGather{"final gather", 1}, kPaths{"paths", kAllBounces};
-inline constexpr Estimator kEstimators[] = {kPhotonMap, kFinalGather, kPaths};
+inline constexpr const MethodType* kMonteCarlo[] = {&kPhotonMap, &kFinalGather, &kPathTracer};
 
-inline RadianceSettings settings_of(const Estimator& estimator, RadianceSettings settings = {}) {
-  settings.gather_bounces = estimator.bounces;
+inline RadianceSettings settings_of(const MethodType& method, RadianceSettings settings = {}) {
+  settings.gather_bounces = !method.photons ? kAllBounces : method.samples ? 1 : 0;
   return settings;
+}
+
+inline const PhotonMaps* maps_of(const MethodType& method, const Light& light) {
+  return !method.photons || light.maps.empty() ? nullptr : &light.maps[0];
 }
 
 struct Seen {
@@ -30,9 +29,9 @@ struct Seen {
 };
 
 /// The mean over rays, each taken `count` times.
-inline Seen seen(const World& world, const Light& light, const Estimator& estimator, std::span<const Ray> rays,
-                 int count, RadianceSettings settings = {}) {
-  settings = settings_of(estimator, settings);
+inline Seen seen(const World& world, const Light& light, const MethodType& method, std::span<const Ray> rays, int count,
+                 RadianceSettings settings = {}) {
+  settings = settings_of(method, settings);
   std::vector<Ray> all;
   std::vector<std::uint64_t> histories;
   for (int i = 0; i < count; ++i) {
@@ -42,7 +41,7 @@ inline Seen seen(const World& world, const Light& light, const Estimator& estima
     }
   }
   std::vector<Incoming> incoming(all.size());
-  const PhotonMaps* maps = estimator.bounces == kAllBounces || light.maps.empty() ? nullptr : &light.maps[0];
+  const PhotonMaps* maps = maps_of(method, light);
   Seen result;
   result.anomalies = incoming_radiance(world, 0, maps, settings, all, histories, incoming).anomalies;
   Moments total;
@@ -59,10 +58,10 @@ inline Seen seen(const World& world, const Light& light, const Estimator& estima
 }
 
 /// Integral of radiance over the sphere.
-inline BatchMean fluence_by(const World& world, const Light& light, const Estimator& estimator, const Vec3d& point,
+inline BatchMean fluence_by(const World& world, const Light& light, const MethodType& method, const Vec3d& point,
                             int directions, std::uint64_t history = 1) {
-  const PhotonMaps* maps = estimator.bounces == kAllBounces || light.maps.empty() ? nullptr : &light.maps[0];
-  return fluence(world, 0, maps, settings_of(estimator), point, directions, history);
+  const PhotonMaps* maps = maps_of(method, light);
+  return fluence(world, 0, maps, settings_of(method), point, directions, history);
 }
 
 }  // namespace obscura::test

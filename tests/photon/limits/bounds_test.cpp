@@ -35,14 +35,14 @@ TEST_CASE("the largest depth lies between a side and the diagonal of a box", "[p
 }
 
 TEST_CASE("histories that would not end are refused by name, those that end are not", "[photon][bounds]") {
-  CHECK_THROWS_AS(refuse_endless_histories(box(1e4, 1, 0), 0, "photon"), NumericalError);
-  CHECK_THROWS_WITH(refuse_endless_histories(box(1e4, 1, 0), 0, "photon"),
-                    Catch::Contains("photon") && Catch::Contains("ordinates"));
-  CHECK_THROWS_AS(refuse_endless_histories(box(1e4, 1 - 1e-6, 0.5), 0, "photon"), NumericalError);
-  CHECK_NOTHROW(refuse_endless_histories(box(1e4, 0.999, 0), 0, "photon"));  // absorbs in time
-  CHECK_NOTHROW(refuse_endless_histories(box(500, 1, 0), 0, "photon"));      // some 1e7 collisions
-  CHECK_NOTHROW(refuse_endless_histories(box(1e4, 1, 0.95), 0, "photon"));   // mostly forward
-  CHECK_NOTHROW(refuse_endless_histories(box(1e6, 0, 0), 0, "photon"));
+  CHECK(endless_histories(box(1e4, 1, 0), 0, "photon"));
+  CHECK_THAT(endless_histories(box(1e4, 1, 0), 0, "photon")->what(),
+             Catch::Contains("photon") && Catch::Contains("ordinates"));
+  CHECK(endless_histories(box(1e4, 1 - 1e-6, 0.5), 0, "photon"));
+  CHECK_FALSE(endless_histories(box(1e4, 0.999, 0), 0, "photon"));  // absorbs in time
+  CHECK_FALSE(endless_histories(box(500, 1, 0), 0, "photon"));      // some 1e7 collisions
+  CHECK_FALSE(endless_histories(box(1e4, 1, 0.95), 0, "photon"));   // mostly forward
+  CHECK_FALSE(endless_histories(box(1e6, 0, 0), 0, "photon"));
 }
 
 namespace {

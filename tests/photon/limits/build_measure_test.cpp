@@ -74,7 +74,7 @@ TEST_CASE("a temperature's scale and offset are obeyed; a given source replaces 
   const float values[] = {1, 0, 400};
   CHECK(measure.emission(values) == Approx(0.3 * all[0].planck(1, 300) / all[0].planck(1, 350)).epsilon(1e-6));
   cloud.source = {1.0, 1.0, 1.0};
-  CHECK(!build_measure(cloud, all, warm_stream()).source);
+  CHECK(!build_measure(cloud, all, warm_stream()).emission);
 }
 
 TEST_CASE("a cloud that emits is built within its tolerance of emission, too", "[photon][build_measure]") {

@@ -43,7 +43,7 @@ std::vector<Photon> sow(const Medium& medium, int count, std::uint64_t seed, int
     const auto direction = encode_direction(isotropic(stream));
     const auto power = static_cast<float>(medium.most / count / copies);
     for (int copy = 0; copy < copies; ++copy) {
-      photons.push_back({Vec3f(y), direction, power, static_cast<std::uint8_t>(i % kBatches), 0, 0});
+      photons.push_back({Vec3f(y), direction, power, static_cast<std::uint16_t>(i % kBatches), 0});
     }
   }
   return photons;

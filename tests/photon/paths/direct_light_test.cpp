@@ -23,7 +23,8 @@ Moments asked(const World& world, const Scatterer& at, int count, const Radiance
   std::vector<Incoming> incoming(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {
     Stream stream(1, static_cast<std::uint64_t>(i), 1);
-    light.add(static_cast<std::uint32_t>(i), 1, at, stream, DiscPlaces(1, static_cast<std::uint64_t>(i), 2));
+    light.add(static_cast<std::uint32_t>(i), 1, at, stream,
+              DiscPlaces({1, static_cast<std::uint64_t>(i), Purpose::disc}));
   }
   light.arrive([&](std::uint32_t owner, double radiance) { incoming[owner].direct += radiance; });
   Moments result;
@@ -214,7 +215,7 @@ TEST_CASE("places on a disc are even, pair by pair opposite", "[photon][direct_l
   double worst = 0, widest = 0;
   Vec3d first(0);
   for (int i = 0; i < kSamples; ++i) {
-    DiscPlaces places(5, static_cast<std::uint64_t>(i), 3);
+    DiscPlaces places({5, static_cast<std::uint64_t>(i), Purpose::disc});
     const Vec3d w = places.toward(sun);
     const double ring = (1 - w.dot(sun.toward)) / versine;
     const double turn = std::atan2(w.dot(b), w.dot(a)) / (2 * kPi) + 0.5;

@@ -90,7 +90,7 @@ TEST_CASE("a target error is reached and the interval tells where", "[scene][acc
         inside += found > told.interval[0] && found < told.interval[1];
         ++runs;
         CHECK(told.trials.size() >= 1);
-        if (*method != 0) CHECK(result.image.has("vis.bias") == (told.method != std::string("path")));
+        if (*method != 0) CHECK(result.image.has("vis.bias") == (told.method != kPathTracer.name));
       }
     }
   }
@@ -136,7 +136,7 @@ TEST_CASE("a run by photons ends in its time too", "[scene][accuracy]") {
   CHECK(made.accuracy.ended == "time");
   CAPTURE(made.accuracy.recipe.text(), made.accuracy.passes, made.accuracy.pilot_s, made.accuracy.trials.size(),
           made.accuracy.photons_s, made.accuracy.image_s);
-  CHECK(made.accuracy.recipe.photons <= 400000);
+  CHECK(made.accuracy.recipe.method.photons <= 400000);
   CHECK(now <= 16);
 }
 
@@ -156,7 +156,7 @@ TEST_CASE("a method whose bias stands above the target says so", "[scene][accura
   goal.most_photons = 400000;
   const AccurateImage more = render_to_goal(session, goal, slow_clock(now));
   CHECK(more.accuracy.ended == "target");
-  CHECK(more.accuracy.recipe.photons > 4000);
+  CHECK(more.accuracy.recipe.method.photons > 4000);
 }
 
 TEST_CASE("a run to a goal keeps its report: seed, energies, photons of all passes", "[scene][accuracy]") {

@@ -155,8 +155,10 @@ TEST_CASE("what surfaces reflect is gathered in both looks unless the scene forb
   ObscurationWish wish;
   wish.replicas = 2;
   const auto by = [&](const char* gather) {
-    return find_obscuration(parse_scene(text, ".", {{"/render/final_gather", gather}, {"/render/photons", "5000"}}),
-                            wish);
+    return find_obscuration(
+        parse_scene(text, ".",
+                    {{"/render/method", "\"photon\""}, {"/render/final_gather", gather}, {"/render/photons", "5000"}}),
+        wish);
   };
   const Obscuration open = by("null"), on = by("1"), off = by("0");
   CHECK(first(open).without.object->value == first(on).without.object->value);

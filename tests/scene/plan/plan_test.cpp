@@ -36,7 +36,7 @@ TEST_CASE("an empty scene has no surfaces, mirrors, air, sun or masks", "[scene]
   const Plan plan = plan_of("");
   for (const char* effect : {"surfaces", "specular", "sun", "atmosphere", "masking"})
     CHECK_FALSE(row_of(plan, effect).on);
-  CHECK(plan.radiance.specular_depth == 2);
+  CHECK(plan.method.specular_depth == 2);
 }
 
 TEST_CASE("objects put surfaces and masking on", "[scene][plan]") {
@@ -166,11 +166,11 @@ TEST_CASE("every scene has the effects that it calls for", "[scene][plan]") {
   };
   for (const Row& row : table) {
     INFO(row.name);
-    const Session session(parse_scene(scene_text(row.bands, row.cloud, row.rest), "."), 0);
+    Session session(parse_scene(scene_text(row.bands, row.cloud, row.rest), "."), 0);
     CHECK(effects_on(session.plan()) == row.on);
     // Photons only where something asks for them.
     const bool asks = row.on.find("multiple") != std::string::npos || row.rest.find("\"m\"") != std::string::npos;
-    CHECK(session.plan().maps == asks);
+    CHECK(session.plan().estimator.again == asks);
   }
 }
 
@@ -212,7 +212,7 @@ TEST_CASE("clouds out of every ray's way are left out, unless others bring their
     }
     return Session(parse_scene(text + R"(], "environment": {"sky": {"radiance": 1}})" + more + "}", "."), 0);
   };
-  const Session black = session(0);
+  Session black = session(0);
   CHECK(black.world().cloud_count() == 1);
   CHECK_THAT(row_of(black.plan(), "absorption").reason, Catch::Contains("\"at 40\" out of every ray's way"));
   CHECK_FALSE(row_of(black.plan(), "single scattering").on);
@@ -221,12 +221,9 @@ TEST_CASE("clouds out of every ray's way are left out, unless others bring their
   CHECK(session(0, R"(, "probes": [{"position_m": [40, 0, 0]}])").world().cloud_count() == 2);
   // Another view calls for it again, and as it scatters, for what may light it.
   Session moved = session(0);
-  SensorDescription sensor = moved.scene().sensor;
-  sensor.look_at_m = {40, 0, 0};
-  moved.look_from(sensor);
-  CHECK(moved.world().cloud_count() == 2);
-  sensor.look_at_m = {0, 0, 0};
-  moved.look_from(sensor);
+  CameraSettings camera = moved.plan().camera;
+  camera.look_at_m = {40, 0, 0};
+  CHECK(moved.world(camera).cloud_count() == 2);
   CHECK(moved.world().cloud_count() == 1);
 }
 
@@ -302,7 +299,7 @@ TEST_CASE("more is dropped with a larger budget, never more than a tenth of it",
           kGrey, media(8e-3, 0.9) + R"(, "source": 1e-3)",
           R"("objects": [{"shape": "sphere", "radius_m": 0.2, "radiance": 1}], "environment": {"sky": {"radiance": 0.003}, "sun": {"zenith_deg": 60, "irradiance": 1e-3}, "atmosphere": {"extinction_per_m": 1e-6, "radiance": 1}})"),
       ".");
-  const Session session(scene, 0, {}, 0);
+  Session session(scene, 0, {}, 0);
   std::vector<bool> before(12, true);
   int changes = 0;
   for (const double budget : {0.0, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 1.0, 10.0}) {
@@ -329,7 +326,7 @@ TEST_CASE("the user's word comes before any bound", "[scene][plan]") {
     return Session(parse_scene(scene_text(kGrey, media(extinction, 0.9), text + effects + "}"), "."), 0);
   };
   CHECK(row_of(forced(R"({"single scattering": true, "multiple scattering": true})").plan(), "multiple scattering").on);
-  const Session dark = forced(R"({"sky": false})", 1);
+  Session dark = forced(R"({"sky": false})", 1);
   CHECK_FALSE(row_of(dark.plan(), "sky").on);
   CHECK(row_of(dark.plan(), "sky").reason == "forced off");
   CHECK(row_of(dark.plan(), "sky").bound);
@@ -337,12 +334,12 @@ TEST_CASE("the user's word comes before any bound", "[scene][plan]") {
   CHECK(dark.plan().budget.dropped == 0);
   CHECK(dark.plan().warnings.size() == 1);
   // What is absent cannot be forced on.
-  const Session absent = forced(R"({"sun": true})");
+  Session absent = forced(R"({"sun": true})");
   CHECK_FALSE(row_of(absent.plan(), "sun").on);
   REQUIRE(absent.plan().warnings.size() == 1);
   CHECK_THAT(absent.plan().warnings[0], Catch::Contains("cannot be forced on"));
   CHECK_THROWS_WITH(forced(R"({"atmospere": true})"), Catch::Contains("atmosphere"));
-  const Session single = forced(R"({"multiple scattering": false})", 5);
-  CHECK_FALSE(single.plan().maps);
+  Session single = forced(R"({"multiple scattering": false})", 5);
+  CHECK_FALSE(single.plan().estimator.again);
   CHECK(row_of(single.plan(), "single scattering").on);
 }

@@ -20,7 +20,7 @@ std::string scene(const std::string& medium = R"("albedo": 0.5)", const std::str
          medium + R"(}], "temperature": {"K": 320}}],
     "environment": {"sky": {"K": 260}},
     "sensor": {"position_m": [0, -8, 0], "look_at_m": [0, 0, 0], "resolution": [24, 16], "max_oversampling": 4},
-    "render": {"photons": 20000, "nearest": 32})" +
+    "render": {"method": "photon", "photons": 20000, "nearest": 32})" +
          rest + "}";
 }
 
@@ -115,6 +115,32 @@ TEST_CASE("paths and photons agree on image, probes and flux", "[scene][run][pat
   CHECK(d.backward == Approx(c.backward).epsilon(0.02));
 }
 
+TEST_CASE("ordinates make images, probes and fluxes too, with errors", "[scene][run]") {
+  const std::string text = scene(
+      R"("albedo": 0.5)",
+      R"(, "probes": [{"position_m": [0, 0, 0]}], "flux": [{"center_m": [0, 0, -1.2], "normal": [0, 0, -1], "size_m": [2, 2]}])");
+  const auto by = [&](const char* method) {
+    return run_scene(parse_scene(text, ".", {{"/render/method", method, ""}, {"/render/samples", "256", ""}}), {});
+  };
+  const RunResult grid = by("\"ordinates\""), paths = by("\"path\"");
+  CHECK(grid.report.method.used == "ordinates");
+  REQUIRE(grid.image.has("lwir.bias"));
+  const FluenceReport& a = grid.report.probes[0].bands[0].second;
+  const FluenceReport& b = paths.report.probes[0].bands[0].second;
+  CHECK(a.error > 0);
+  CHECK(std::abs(a.fluence - b.fluence) < 4 * std::hypot(a.error, b.error));
+  REQUIRE(grid.report.flux.size() == 1);
+  CHECK_THAT(grid.report.warnings.back(), Catch::Contains("found by paths"));
+  double sum = 0, reference = 0, doubt = 0;
+  for (std::size_t p = 0; p < grid.image.pixel_count(); ++p) {
+    sum += grid.image.channel("lwir.radiance")[p];
+    reference += paths.image.channel("lwir.radiance")[p];
+    doubt += grid.image.channel("lwir.bias")[p];
+  }
+  CHECK(std::abs(sum - reference) < 2 * doubt + 0.005 * reference);
+  CHECK(doubt < 0.05 * reference);
+}
+
 TEST_CASE("a path tracer says what it cannot find", "[scene][run][path]") {
   const std::string text = scene(R"("albedo": 0.7)", R"(, "beams": [{"position_m": [0, 0, 5], "toward": [0, 0, -1]}])");
   CHECK_THROWS_AS(run_scene(parse_scene(text, ".", {{"/render/method", "\"path\"", ""}}), {}), NumericalError);
@@ -137,29 +163,31 @@ TEST_CASE("scattering_depth cuts off, and the report says how much", "[scene][ru
 
 TEST_CASE("a session keeps World and photon maps when only the camera moves", "[scene][session]") {
   Session session(parse_scene(scene(), "."), 0);
-  const Light* light = &session.light();
+  const Plan plan = session.plan();
+  const Light* light = session.estimator(plan.method, 1).light;
   const std::size_t photons = light->maps[0].volume.size();
   const Photon* first = light->maps[0].volume.photons().data();
   const Film before = session.render().film;
 
-  SensorDescription sensor = session.scene().sensor;
-  const SensorDescription original = sensor;
-  sensor.position_m = {0, 0, 8};
-  sensor.up = {0, 1, 0};
-  session.look_from(sensor);
-  session.render();
-  session.look_from(original);
+  CameraSettings above = plan.camera;
+  above.position_m = {0, 0, 8};
+  above.up = {0, 1, 0};
+  session.render(above, plan.sampling, plan.method, 1);
   const Film after = session.render().film;
-  CHECK(session.light().maps[0].volume.photons().data() == first);
-  CHECK(session.light().maps[0].volume.size() == photons);
+  light = session.estimator(plan.method, 1).light;
+  CHECK(light->maps[0].volume.photons().data() == first);
+  CHECK(light->maps[0].volume.size() == photons);
   const auto a = before.values(0, Film::Value::radiance);
   const auto b = after.values(0, Film::Value::radiance);
   CHECK(std::equal(a.begin(), a.end(), b.begin()));
 
-  RenderDescription render = session.scene().render;
-  render.photons = 5000;
-  session.set_render(render);
-  CHECK(session.light().emitted == 10000);
+  Method fewer = plan.method;
+  fewer.photons = 5000;
+  CHECK(session.estimator(fewer, 1).light->emitted == 10000);
+  // What was asked for in between does not change the result.
+  const Film again = session.render().film;
+  const auto c = again.values(0, Film::Value::radiance);
+  CHECK(std::equal(a.begin(), a.end(), c.begin()));
 }
 
 TEST_CASE("a run that is cancelled over its image gives what there is, marked partial", "[scene][run]") {

@@ -25,8 +25,8 @@ SessionBench bench_of(const std::string& scene, int pixels = 12) {
 }
 
 ReferencePicture reference_of(SessionBench& bench, int passes, int samples) {
-  StudySetting s = first_rung(bench.traits(), StudyMethod::path);
-  s.samples = samples;
+  StudySetting s = first_rung(bench.traits(), &kPathTracer);
+  s.method.samples = samples;
   s.rays = 16;
   ReferencePicture reference;
   for (int p = 0; p < passes; ++p) reference.add(bench.measure(s, 5000 + static_cast<std::uint64_t>(p), {}).picture);
@@ -49,8 +49,8 @@ TEST_CASE("the corrected error of paths falls with their number's root", "[study
   const ReferencePicture reference = reference_of(bench, 8, 64);
   std::vector<double> samples, errors, bars;
   for (const int n : {4, 16, 64, 256}) {
-    StudySetting s = first_rung(bench.traits(), StudyMethod::path);
-    s.samples = n;
+    StudySetting s = first_rung(bench.traits(), &kPathTracer);
+    s.method.samples = n;
     s.rays = std::max(4, n / 4);
     const PictureError found = error_of(bench, s, reference);
     samples.push_back(n);
@@ -67,9 +67,9 @@ TEST_CASE("the corrected error of paths falls with their number's root", "[study
 TEST_CASE("bias and noise of few photons and a large k are those of many repetitions", "[study][bench]") {
   SessionBench bench = bench_of(kSunlit, 8);
   const ReferencePicture reference = reference_of(bench, 8, 128);
-  StudySetting s = first_rung(bench.traits(), StudyMethod::photon);
-  s.photons = 10000;
-  s.nearest = 3000;
+  StudySetting s = first_rung(bench.traits(), &kPhotonMap);
+  s.method.photons = 10000;
+  s.method.nearest = 3000;
   s.rays = 4;
   std::vector<Picture> pictures;
   for (std::uint64_t p = 0; p < 24; ++p) pictures.push_back(bench.measure(s, 10 + p, {}).picture);
@@ -103,8 +103,8 @@ TEST_CASE("bias and noise of few photons and a large k are those of many repetit
 
 TEST_CASE("times and memory are those of World, map and picture", "[study][bench]") {
   SessionBench bench = bench_of(kSunlit);
-  StudySetting s = first_rung(bench.traits(), StudyMethod::gather);
-  s.photons = 20000;
+  StudySetting s = first_rung(bench.traits(), &kFinalGather);
+  s.method.photons = 20000;
   const StudyPicture first = bench.measure(s, 1, {});
   CHECK(first.seconds.world.cpu > 0);
   CHECK(first.seconds.map.cpu > 0);
@@ -112,21 +112,21 @@ TEST_CASE("times and memory are those of World, map and picture", "[study][bench
   CHECK(first.bytes.octree > 0);
   CHECK(first.bytes.map > 1000);
   // The same map serves another gathering, at the same price.
-  s.nearest = 16;
+  s.method.nearest = 16;
   const StudyPicture second = bench.measure(s, 1, {});
   CHECK(second.seconds.map.cpu == first.seconds.map.cpu);
   CHECK(second.picture.bands[0] != first.picture.bands[0]);
   // Another seed's map is made and timed anew.
   CHECK(bench.measure(s, 2, {}).seconds.map.cpu != first.seconds.map.cpu);
-  s.method = StudyMethod::path;
-  s.photons = 0;
+  s.method.type = &kPathTracer;
+  s.method.photons = 0;
   CHECK(bench.measure(s, 1, {}).bytes.map == 0);
 }
 
 TEST_CASE("settings as scene edits repeat the run", "[study][bench]") {
   const Description scene = parse_scene(kSunlit, ".", {{"/sensor/resolution", "[12, 12]"}});
   SessionBench bench(scene, 12, StudyClock::system(), {});
-  for (const StudyMethod method : {StudyMethod::photon, StudyMethod::gather, StudyMethod::path}) {
+  for (const MethodType* method : {&kPhotonMap, &kFinalGather, &kPathTracer}) {
     StudySetting s = first_rung(bench.traits(), method);
     s.rays = 3;
     s.octree_tolerance = 0.01;
@@ -149,10 +149,10 @@ TEST_CASE("a scene where nothing scatters has rays for a ladder, and nothing to 
   const Study study = run_study(scene, settings);
   CHECK(study.reference.picture.known());
   REQUIRE_FALSE(study.refusals.empty());
-  CHECK(study.refusals[0].first == StudyMethod::gather);
+  CHECK(study.refusals[0].first == &kFinalGather);
   bool rays = false;
   for (const StudyRun& run : study.runs)
-    rays = rays || (run.setting.method == StudyMethod::path && run.setting.rays >= 16);
+    rays = rays || (run.setting.method.type == &kPathTracer && run.setting.rays >= 16);
   CHECK(rays);
   CHECK(study.targets.front().run >= 0);
 }
@@ -166,7 +166,7 @@ TEST_CASE("spectral intervals are a knob where optics vary within a band", "[stu
     scene.replace(scene.find("%s"), 2, extinction);
     SessionBench bench = bench_of(scene);
     int count = 0;
-    for (const StudyVariation& v : variations(bench.traits(), first_rung(bench.traits(), StudyMethod::path)))
+    for (const StudyVariation& v : variations(bench.traits(), first_rung(bench.traits(), &kPathTracer)))
       count += v.knob == "intervals";
     return count;
   };
@@ -177,7 +177,7 @@ TEST_CASE("spectral intervals are a knob where optics vary within a band", "[stu
   std::string scene = text;
   scene.replace(scene.find("%s"), 2, R"({"um": [8, 12], "value": [0.1, 3]})");
   SessionBench bench = bench_of(scene);
-  StudySetting s = first_rung(bench.traits(), StudyMethod::path);
+  StudySetting s = first_rung(bench.traits(), &kPathTracer);
   s.intervals = 16;
   ReferencePicture reference;
   for (std::uint64_t p = 0; p < 4; ++p) reference.add(bench.measure(s, p, {}).picture);

@@ -26,11 +26,11 @@ using Json = nlohmann::json;
 /// sqrt(nearest); final gather both, smaller. Times are proportional to the work. Every pixel has the same error.
 class PretendedBench final : public StudyBench {
  public:
-  explicit PretendedBench(StudyMethod given = StudyMethod::gather) {
-    traits_.given.method = given;
-    traits_.given.photons = 1000000;
-    traits_.given.nearest = 64;
-    traits_.given.samples = 64;
+  explicit PretendedBench(const MethodType* given = &kFinalGather) {
+    traits_.given.method.type = given;
+    traits_.given.method.photons = 1000000;
+    traits_.given.method.nearest = 64;
+    traits_.given.method.samples = 64;
     traits_.given.rays = 8;
   }
 
@@ -46,48 +46,39 @@ class PretendedBench final : public StudyBench {
   const StudyTraits& traits() const override { return traits_; }
 
   StudyPicture measure(const StudySetting& s, std::uint64_t seed, const Progress& progress) override {
-    if (refused.contains(s.method)) throw NumericalError("pretended", refused.at(s.method));
+    if (refused.contains(s.method.type)) throw NumericalError("pretended", refused.at(s.method.type));
     const auto [bias, noise] = errors(s);
     StudyPicture result;
     result.seconds.world.wall = result.seconds.world.cpu = 1;
     // The path tracer's reference is no other seed's.
-    Stream random(seed, static_cast<std::uint64_t>(s.method), 0);
+    Stream random(seed, index_of(*s.method.type), 0);
     result.picture = {16, 12, {{}}};
     for (int p = 0; p < 16 * 12; ++p) {
       double normal = -6;
       for (int k = 0; k < 12; ++k) normal += random.uniform();
       result.picture.bands[0].push_back(static_cast<float>((2 + std::sin(0.2 * p)) * (1 + bias + noise * normal)));
     }
-    if (s.photons > 0)
-      result.seconds.map = {1e-6 * static_cast<double>(s.photons), 0.5e-6 * static_cast<double>(s.photons)};
+    if (s.method.photons > 0)
+      result.seconds.map = {1e-6 * static_cast<double>(s.method.photons),
+                            0.5e-6 * static_cast<double>(s.method.photons)};
     const double image =
-        s.method == StudyMethod::ordinates ? 1e-6 * std::pow(s.cells, 3) : 1e-3 * std::max(s.samples, s.nearest);
+        s.method.type->cells ? 1e-6 * std::pow(s.method.cells, 3) : 1e-3 * std::max(s.method.samples, s.method.nearest);
     result.seconds.image = {2 * image, image};
     pass(result.seconds.map.wall + image, progress);
-    result.bytes = {1e6, 24.0 * static_cast<double>(s.photons), 1000};
+    result.bytes = {1e6, 24.0 * static_cast<double>(s.method.photons), 1000};
     asked.push_back(s);
-    return result;
-  }
-  StudyPicture ordinates_reference(const StudySetting& s, std::uint64_t seed, const Progress& progress) override {
-    StudyPicture result = measure(s, seed, progress);
-    result.errors = result.picture;
-    for (float& e : result.errors->bands[0]) e = 0.01f;
-    return result;
-  }
-
-  static std::pair<double, double> errors(const StudySetting& s) {
-    const double k = s.nearest, photons = static_cast<double>(s.photons);
-    switch (s.method) {
-      case StudyMethod::photon:
-        return {std::pow(k / photons, 2.0 / 3) * 20, 0.5 / std::sqrt(k)};
-      case StudyMethod::gather:
-        return {std::pow(k / photons, 2.0 / 3), 0.2 / std::sqrt(s.samples)};
-      case StudyMethod::path:
-        return {0, 0.4 / std::sqrt(s.samples)};
-      case StudyMethod::ordinates:
-        break;
+    if (s.method.type->cells) {
+      result.errors = result.picture;
+      for (float& e : result.errors->bands[0]) e = 0.01f;
     }
-    return {1.0 / (s.cells * s.cells), 1e-4};
+    return result;
+  }
+  static std::pair<double, double> errors(const StudySetting& s) {
+    const double k = s.method.nearest, photons = static_cast<double>(s.method.photons);
+    if (s.method.type == &kPhotonMap) return {std::pow(k / photons, 2.0 / 3) * 20, 0.5 / std::sqrt(k)};
+    if (s.method.type == &kFinalGather) return {std::pow(k / photons, 2.0 / 3), 0.2 / std::sqrt(s.method.samples)};
+    if (s.method.type == &kPathTracer) return {0, 0.4 / std::sqrt(s.method.samples)};
+    return {1.0 / (s.method.cells * s.method.cells), 1e-4};
   }
 
   StudyClock clock() {
@@ -95,7 +86,7 @@ class PretendedBench final : public StudyBench {
   }
 
   double now_s = 100;
-  std::map<StudyMethod, std::string> refused;
+  std::map<const MethodType*, std::string> refused;
   std::vector<StudySetting> asked;
   double interrupt_s = 1e9;  ///< when the user presses Ctrl-C
   std::atomic<bool> interrupted{false};
@@ -125,9 +116,9 @@ int reached(const Study& study) {
       std::count_if(study.targets.begin(), study.targets.end(), [](const StudyTarget& t) { return t.run >= 0; }));
 }
 
-bool has(const Study& study, StudyMethod method) {
+bool has(const Study& study, const MethodType* method) {
   return std::any_of(study.runs.begin(), study.runs.end(),
-                     [&](const StudyRun& r) { return r.setting.method == method; });
+                     [&](const StudyRun& r) { return r.setting.method.type == method; });
 }
 
 std::string page_of(const Study& study) {
@@ -154,7 +145,7 @@ TEST_CASE("a study keeps its budget and spends it", "[study]") {
     // About a third for the reference.
     CHECK(study.reference.seconds.wall > 0.15 * budget);
     CHECK(study.reference.seconds.wall < 0.6 * budget);
-    for (const StudyMethod method : kStudyMethods) CHECK(has(study, method));
+    for (const MethodType* method : methods()) CHECK(has(study, method));
   }
 }
 
@@ -163,19 +154,19 @@ TEST_CASE("cheap runs of all methods come first", "[study]") {
   const Study study = study_of(bench, 60);
   // The first run of the last method comes before a hundredth of the time has gone into any single run.
   double largest = 0;
-  std::set<StudyMethod> seen;
+  std::set<const MethodType*> seen;
   for (const StudyRun& run : study.runs) {
-    seen.insert(run.setting.method);
+    seen.insert(run.setting.method.type);
     largest = std::max(largest, run.seconds.map.wall + run.seconds.image.wall);
-    if (seen.size() == kStudyMethods.size()) break;
+    if (seen.size() == methods().size()) break;
   }
-  CHECK(seen.size() == kStudyMethods.size());
+  CHECK(seen.size() == methods().size());
   CHECK(largest < 0.01 * 60);
   // Rungs of each ladder in order of their cost.
-  for (const StudyMethod method : kStudyMethods) {
+  for (const MethodType* method : methods()) {
     double last = 0;
     for (const StudyRun& run : study.runs) {
-      if (run.setting.method != method || run.purpose != "ladder") continue;
+      if (run.setting.method.type != method || run.purpose != "ladder") continue;
       CHECK(run.seconds.cpu() > last);
       last = run.seconds.cpu();
     }
@@ -195,7 +186,7 @@ TEST_CASE("whenever it is stopped, a study leaves what it has, and more with mor
     CHECK_FALSE(page_of(study).empty());
     if (stop < 3) continue;
     CHECK(study.reference.picture.known());
-    for (const StudyMethod method : kStudyMethods) CHECK(has(study, method));
+    for (const MethodType* method : methods()) CHECK(has(study, method));
     CHECK(reached(study) >= before);
     before = reached(study);
   }
@@ -216,7 +207,7 @@ TEST_CASE("errors, bias and noise are those that the methods have", "[study]") {
   }
   CHECK(biased >= 2);
   for (const StudySlope& slope : study.slopes) {
-    if (slope.method == StudyMethod::path && slope.what == "error")
+    if (slope.method == &kPathTracer && slope.what == "error")
       CHECK(std::abs(slope.law.exponent + 0.5) < 4 * slope.law.exponent_error);
   }
 }
@@ -227,11 +218,12 @@ TEST_CASE("the settings to use are the cheapest that reach the error", "[study]"
   REQUIRE(reached(study) >= 4);
   for (const StudyTarget& target : study.targets) {
     for (const StudyRun& run : study.runs) {
-      if (!renders(run.setting.method) || run.error.error.value() + run.error.error.error() > target.error) continue;
+      if (!renders(run.setting.method.type) || run.error.error.value() + run.error.error.error() > target.error)
+        continue;
       REQUIRE(target.run >= 0);
       CHECK(study.runs[static_cast<std::size_t>(target.run)].full.cpu() <= run.full.cpu());
     }
-    if (target.run >= 0) CHECK(renders(study.runs[static_cast<std::size_t>(target.run)].setting.method));
+    if (target.run >= 0) CHECK(renders(study.runs[static_cast<std::size_t>(target.run)].setting.method.type));
   }
   // The image alone grows with the pixels.
   const StudyRun& run = study.runs.back();
@@ -246,46 +238,45 @@ TEST_CASE("the settings to use are the cheapest that reach the error", "[study]"
 }
 
 TEST_CASE("the scene's own setting is a rung, whoever asks for it first", "[study]") {
-  PretendedBench bench(StudyMethod::path);
+  PretendedBench bench(&kPathTracer);
   const Study study = study_of(bench, 40);
   REQUIRE(study.as_given >= 0);
   CHECK(study.runs[static_cast<std::size_t>(study.as_given)].purpose == "ladder");
-  CHECK(study.runs[static_cast<std::size_t>(study.as_given)].setting.samples == 64);
+  CHECK(study.runs[static_cast<std::size_t>(study.as_given)].setting.method.samples == 64);
   CHECK(std::any_of(study.runs.begin(), study.runs.end(),
-                    [](const StudyRun& r) { return r.purpose == "ladder" && r.setting.samples == 256; }));
+                    [](const StudyRun& r) { return r.purpose == "ladder" && r.setting.method.samples == 256; }));
 }
 
 TEST_CASE("every knob is varied alone", "[study]") {
   PretendedBench bench;
   const Study study = study_of(bench, 200);
-  std::map<StudyMethod, std::set<std::string>> knobs;
+  std::map<const MethodType*, std::set<std::string>> knobs;
   for (const StudyRun& run : study.runs) {
     if (run.base < 0) continue;
-    knobs[run.setting.method].insert(run.purpose);
+    knobs[run.setting.method.type].insert(run.purpose);
     const StudySetting& base = study.runs[static_cast<std::size_t>(run.base)].setting;
     CHECK(with_knob(base, run.purpose, base, run.setting) == run.setting);
   }
-  CHECK(knobs[StudyMethod::photon] == std::set<std::string>{"nearest", "kernel", "rays", "octree_tolerance"});
-  CHECK(knobs[StudyMethod::gather] ==
-        std::set<std::string>{"nearest", "kernel", "rays", "photons", "octree_tolerance"});
-  CHECK(knobs[StudyMethod::path] == std::set<std::string>{"rays", "octree_tolerance"});
-  CHECK(knobs[StudyMethod::ordinates] == std::set<std::string>{"order", "rays", "octree_tolerance"});
+  CHECK(knobs[&kPhotonMap] == std::set<std::string>{"nearest", "kernel", "rays", "octree_tolerance"});
+  CHECK(knobs[&kFinalGather] == std::set<std::string>{"nearest", "kernel", "rays", "photons", "octree_tolerance"});
+  CHECK(knobs[&kPathTracer] == std::set<std::string>{"rays", "octree_tolerance"});
+  CHECK(knobs[&kOrdinates] == std::set<std::string>{"order", "rays", "octree_tolerance"});
   CHECK(study.as_given >= 0);
 }
 
 TEST_CASE("a method that refuses is named with its reason, and ordinates stand in for paths", "[study]") {
   PretendedBench bench;
-  bench.refused = {{StudyMethod::path, "beams without width"}};
+  bench.refused = {{&kPathTracer, "beams without width"}};
   const Study study = study_of(bench, 20);
   REQUIRE(study.refusals.size() == 1);
-  CHECK(study.refusals[0].first == StudyMethod::path);
+  CHECK(study.refusals[0].first == &kPathTracer);
   CHECK(study.refusals[0].second.find("beams without width") != std::string::npos);
   CHECK(study.reference.method == "ordinates");
   CHECK(study_table(study).find("without path tracer: pretended: beams without width") != std::string::npos);
-  CHECK(has(study, StudyMethod::photon));
+  CHECK(has(study, &kPhotonMap));
 
   PretendedBench none;
-  none.refused = {{StudyMethod::path, "no paths"}, {StudyMethod::ordinates, "no ordinates"}};
+  none.refused = {{&kPathTracer, "no paths"}, {&kOrdinates, "no ordinates"}};
   CHECK_THROWS_AS(study_of(none, 20), NumericalError);
 }
 
@@ -362,38 +353,38 @@ TEST_CASE("the page needs nothing from outside and runs nothing", "[study]") {
 
 TEST_CASE("ladders go through the scene's own setting in factors of four", "[study]") {
   StudyTraits traits;
-  traits.given.photons = 2000000;
-  traits.given.nearest = 64;
-  traits.given.samples = 64;
+  traits.given.method.photons = 2000000;
+  traits.given.method.nearest = 64;
+  traits.given.method.samples = 64;
   traits.given.rays = 8;
-  const auto rung = [&](StudyMethod method, int number) {
+  const auto rung = [&](const MethodType* method, int number) {
     StudySetting s = first_rung(traits, method);
     for (int k = 0; k < number; ++k) s = scaled(traits, s, kRung);
     return s;
   };
-  CHECK(rung(StudyMethod::path, 0).samples == 1);
-  CHECK(rung(StudyMethod::path, 0).rays == 1);
-  CHECK(rung(StudyMethod::path, 1).rays == 4);
-  CHECK(rung(StudyMethod::path, 3).samples == 64);
-  CHECK(rung(StudyMethod::path, 3).rays == 8);
-  CHECK(rung(StudyMethod::path, 4).rays == 32);
-  CHECK(rung(StudyMethod::photon, 0).photons == 7813);
-  CHECK(rung(StudyMethod::photon, 0).nearest == 8);
-  CHECK(rung(StudyMethod::photon, 4).photons == 2000000);
-  CHECK(rung(StudyMethod::photon, 4).nearest == 64);
-  CHECK(rung(StudyMethod::photon, 5).nearest == 141);
-  CHECK(rung(StudyMethod::photon, 5).rays == 18);
-  CHECK(rung(StudyMethod::gather, 3).photons == 2000000);
-  CHECK(rung(StudyMethod::gather, 3).samples == 64);
-  CHECK(rung(StudyMethod::gather, 3).nearest == 64);
-  CHECK(rung(StudyMethod::ordinates, 3).cells == 33);
+  CHECK(rung(&kPathTracer, 0).method.samples == 1);
+  CHECK(rung(&kPathTracer, 0).rays == 1);
+  CHECK(rung(&kPathTracer, 1).rays == 4);
+  CHECK(rung(&kPathTracer, 3).method.samples == 64);
+  CHECK(rung(&kPathTracer, 3).rays == 8);
+  CHECK(rung(&kPathTracer, 4).rays == 32);
+  CHECK(rung(&kPhotonMap, 0).method.photons == 7813);
+  CHECK(rung(&kPhotonMap, 0).method.nearest == 8);
+  CHECK(rung(&kPhotonMap, 4).method.photons == 2000000);
+  CHECK(rung(&kPhotonMap, 4).method.nearest == 64);
+  CHECK(rung(&kPhotonMap, 5).method.nearest == 141);
+  CHECK(rung(&kPhotonMap, 5).rays == 18);
+  CHECK(rung(&kFinalGather, 3).method.photons == 2000000);
+  CHECK(rung(&kFinalGather, 3).method.samples == 64);
+  CHECK(rung(&kFinalGather, 3).method.nearest == 64);
+  CHECK(rung(&kOrdinates, 3).method.cells == 33);
   // Down again.
-  CHECK(scaled(traits, rung(StudyMethod::path, 4), 0.25) == rung(StudyMethod::path, 3));
-  CHECK(scaled(traits, rung(StudyMethod::gather, 4), 0.25) == rung(StudyMethod::gather, 3));
+  CHECK(scaled(traits, rung(&kPathTracer, 4), 0.25) == rung(&kPathTracer, 3));
+  CHECK(scaled(traits, rung(&kFinalGather, 4), 0.25) == rung(&kFinalGather, 3));
 
   traits.scatters = false;
-  CHECK(rung(StudyMethod::path, 0).rays == 1);
-  CHECK(rung(StudyMethod::path, 3).rays == 64);
-  CHECK(rung(StudyMethod::path, 3).samples == 64);
-  CHECK(rung(StudyMethod::photon, 3).photons == 1000);
+  CHECK(rung(&kPathTracer, 0).rays == 1);
+  CHECK(rung(&kPathTracer, 3).rays == 64);
+  CHECK(rung(&kPathTracer, 3).method.samples == 64);
+  CHECK(rung(&kPhotonMap, 3).method.photons == 1000);
 }

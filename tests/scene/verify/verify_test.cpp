@@ -17,7 +17,8 @@ using namespace obscura;
 
 namespace {
 
-std::size_t index_of(Referee method) { return static_cast<std::size_t>(method); }
+/// The referees in the order of their numbers.
+constexpr std::size_t kPhoton = 0, kPath = 1;
 
 const VerifyCase& case_of(const std::string& name) {
   const auto found =
@@ -83,31 +84,32 @@ const Mistake& mistake_of(const std::string& name) {
   return *found;
 }
 
-VerifyMethod find_out(const Description& scene, Referee method, const VerifySettings& settings) {
+VerifyMethod find_out(const Description& scene, std::size_t method, const VerifySettings& settings) {
   Session session(scene, scene.time_s);
-  return run_method(session, method, settings);
+  return run_method(session, referees(session)[method], settings);
 }
 
 /// A case solved by all methods as it is; each mistake then costs one more run of one method.
 class Trial {
  public:
   Trial(Description scene, const VerifySettings& settings) : scene_(std::move(scene)), settings_(settings) {
-    for (const Referee method : kReferees) right_[index_of(method)] = find_out(scene_, method, settings_);
+    for (std::size_t method = 0; method < method_words().size(); ++method)
+      right_.push_back(find_out(scene_, method, settings_));
   }
   VerifiedScene right() const { return compare_methods(scene_, right_, settings_); }
-  VerifiedScene wrong(Referee method, const Mistake& mistake) const {
+  VerifiedScene wrong(std::size_t method, const Mistake& mistake) const {
     Description scene = scene_;
     mistake.make(scene);
-    ByReferee<VerifyMethod> methods = right_;
-    methods[index_of(method)] = find_out(scene, method, settings_);
+    std::vector<VerifyMethod> methods = right_;
+    methods[method] = find_out(scene, method, settings_);
     return compare_methods(scene_, methods, settings_);
   }
-  bool has(Referee method) const { return right_[index_of(method)].refusal.empty(); }
+  bool has(std::size_t method) const { return right_[method].refusal.empty(); }
 
  private:
   Description scene_;
   VerifySettings settings_;
-  ByReferee<VerifyMethod> right_;
+  std::vector<VerifyMethod> right_;
 };
 
 std::string text_of(const std::vector<std::string>& sentences) {
@@ -117,7 +119,7 @@ std::string text_of(const std::vector<std::string>& sentences) {
 }
 
 /// Whether all failures name the method: no comparison of the two others fails.
-bool blames(const VerifiedScene& scene, Referee method) {
+bool blames(const VerifiedScene& scene, std::size_t method) {
   for (const VerifyRow& row : scene.rows) {
     for (const VerifyPair& pair : row.pairs) {
       if (!pair.agreement.agree && pair.first != method && pair.second != method) return false;
@@ -167,10 +169,10 @@ TEST_CASE("each planted mistake is found in each method", "[scene][verify]") {
     INFO(name);
     CHECK(text_of(trial.right().failures()).empty());
     for (const std::string& mistake : list) {
-      for (const Referee method : kReferees) {
+      for (std::size_t method = 0; method < method_words().size(); ++method) {
         if (!trial.has(method)) continue;
         const VerifiedScene verdict = trial.wrong(method, mistake_of(mistake));
-        INFO(mistake << " in " << name_of(method));
+        INFO(mistake << " in " << method_words()[method]);
         CHECK_FALSE(verdict.failures().empty());
         CHECK(blames(verdict, method));
       }
@@ -199,21 +201,22 @@ TEST_CASE("which mistakes each case finds, as the program runs them", "[.verify_
     const Trial trial(parse_scene(c.scene, "."), settings);
     for (const Mistake& mistake : mistakes()) {
       std::string found;
-      for (const Referee method : kReferees) {
+      for (std::size_t method = 0; method < method_words().size(); ++method) {
         if (!trial.has(method)) continue;
         const VerifiedScene verdict = trial.wrong(method, mistake);
-        found += "  " + std::string(name_of(method)) + ": " +
+        found += "  " + std::string(method_words()[method]) + ": " +
                  (verdict.failures().empty() ? "-" : std::to_string(verdict.failures().size()));
-        if (!verdict.failures().empty()) finders[mistake.name + std::string(" in ") + name_of(method)].insert(c.name);
+        if (!verdict.failures().empty())
+          finders[mistake.name + std::string(" in ") + method_words()[method]].insert(c.name);
       }
       std::printf("%-20s %-20s %s\n", c.name.c_str(), mistake.name, found.c_str());
       std::fflush(stdout);
     }
   }
   for (const Mistake& mistake : mistakes()) {
-    for (const Referee method : kReferees) {
-      INFO(mistake.name << " in " << name_of(method));
-      CHECK_FALSE(finders[mistake.name + std::string(" in ") + name_of(method)].empty());
+    for (std::size_t method = 0; method < method_words().size(); ++method) {
+      INFO(mistake.name << " in " << method_words()[method]);
+      CHECK_FALSE(finders[mistake.name + std::string(" in ") + method_words()[method]].empty());
     }
   }
 }
@@ -238,7 +241,7 @@ TEST_CASE("the same seed gives the same numbers, another seed others", "[scene][
   const auto numbers = [&](std::uint64_t seed) {
     settings.seed = seed;
     std::vector<double> all;
-    for (const Referee method : {Referee::photon, Referee::path}) {
+    for (const std::size_t method : {kPhoton, kPath}) {
       for (const auto& measured : find_out(scene, method, settings).values) all.push_back(measured->value);
     }
     return all;
@@ -256,9 +259,9 @@ TEST_CASE("a method that cannot serve a scene is left out and says why", "[scene
   scene.flux.clear();
   scene.hot_spheres.push_back({"lamp", Vec3d(0, 0, 2), 0.1, std::nullopt, Spectrum::constant(1)});
   const VerifiedScene verdict = verify_scene(scene, settings);
-  CHECK_FALSE(verdict.method(Referee::photon).refusal.empty());
-  CHECK(verdict.method(Referee::ordinates).refusal.find("hot spheres") != std::string::npos);
-  CHECK(verdict.method(Referee::path).refusal.empty());
+  CHECK_FALSE(verdict.method("photon").refusal.empty());
+  CHECK(verdict.method("ordinates").refusal.find("hot spheres") != std::string::npos);
+  CHECK(verdict.method("path").refusal.empty());
   CHECK(text_of(verdict.failures()).find("nothing could be compared") != std::string::npos);
   CHECK(verify_table({verdict}).find("without photon: ") != std::string::npos);
 }
@@ -291,9 +294,9 @@ TEST_CASE("table, JSON and page tell the same verdict", "[scene][verify]") {
   scene.name = "a <cube> & more";
   Description dark = scene;
   dark.sky.reset();
-  ByReferee<VerifyMethod> methods;
-  for (const Referee method : kReferees)
-    methods[index_of(method)] = find_out(method == Referee::path ? dark : scene, method, settings);
+  std::vector<VerifyMethod> methods;
+  for (std::size_t method = 0; method < method_words().size(); ++method)
+    methods.push_back(find_out(method == kPath ? dark : scene, method, settings));
   const VerifiedScene good = verify_scene(scene, settings), bad = compare_methods(scene, methods, settings);
   REQUIRE(good.failures().empty());
   REQUIRE_FALSE(bad.failures().empty());

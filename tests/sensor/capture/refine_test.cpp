@@ -12,6 +12,7 @@
 #include "octree/base/statistics.h"
 #include "sensor/capture/render.h"
 #include "tests/support/agree.h"
+#include "tests/support/rendered.h"
 #include "tests/support/shapes_of_surfaces.h"
 #include "tests/support/worlds.h"
 
@@ -38,9 +39,9 @@ CameraSettings flat_camera(int columns, int rows) {
   return settings;
 }
 
-Estimator estimator_of(const Picture& picture, const CameraSettings& camera, std::uint64_t seed) {
+RadianceEstimator estimator_of(const Picture& picture, const CameraSettings& camera, std::uint64_t seed) {
   const double half_x = 0.5 * camera.resolution[0], half_y = 0.5 * camera.resolution[1];
-  return [=](int, double, std::span<const Ray> rays, std::span<const std::uint64_t> histories,
+  return [=](int, const RayShare&, std::span<const Ray> rays, std::span<const std::uint64_t> histories,
              std::span<Incoming> incoming) {
     for (std::size_t r = 0; r < rays.size(); ++r) {
       Stream stream(seed, histories[r], 99);
@@ -90,7 +91,7 @@ TEST_CASE("parts tile their pixels, touch in succession and are no more than all
   const CameraSettings settings = flat_camera(20, 12);
   const Camera camera(settings);
   const Picture picture = [](double x, double y, Stream&) { return disc(x, y, 8, 6, 3.3); };
-  const Estimator estimator = estimator_of(picture, settings, 1);
+  const RadianceEstimator estimator = estimator_of(picture, settings, 1);
   for (const int most : {2, 3, 4, 9, 16, 64}) {
     const Sampler sampler(camera, adaptive(most));
     const Refiner refiner(cloudy_world(), estimator, sampler, {});
@@ -245,7 +246,7 @@ TEST_CASE("a polygon far smaller than the pixel comes out at its true mean", "[s
     Moments mean;
     std::uint64_t rays = 0;
     for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-      const Rendered image = render(*world, std::span<const PhotonMaps>{}, Camera(camera), adaptive(16, seed), {});
+      const Rendered image = test::render_pass(*world, {}, Camera(camera), adaptive(16, seed), {});
       mean.add(image.film.mean(0).mean);
       rays += image.film.rays();
     }
@@ -300,9 +301,9 @@ TEST_CASE("no two rays share their random numbers, those that decide included", 
   };
   std::mutex lock;
   std::multiset<std::uint64_t> names;
-  const Estimator estimator = estimator_of(picture, camera, 1);
-  const Estimator noted = [&](int interval, double share, std::span<const Ray> rays,
-                              std::span<const std::uint64_t> histories, std::span<Incoming> incoming) {
+  const RadianceEstimator estimator = estimator_of(picture, camera, 1);
+  const RadianceEstimator noted = [&](int interval, const RayShare& share, std::span<const Ray> rays,
+                                      std::span<const std::uint64_t> histories, std::span<Incoming> incoming) {
     const std::lock_guard guard(lock);
     names.insert(histories.begin(), histories.end());
     return estimator(interval, share, rays, histories, incoming);

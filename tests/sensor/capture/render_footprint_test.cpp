@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "sensor/capture/render.h"
+#include "tests/support/rendered.h"
 #include "tests/support/worlds.h"
 
 using namespace obscura;
@@ -32,7 +33,7 @@ TEST_CASE("clouds far away are rendered by coarse cells within their tolerance, 
   exact.footprint_tolerance = 0;
   const auto image = [&](double fov_deg, const RadianceSettings& settings) {
     camera.fov_deg = fov_deg;
-    return render(world, std::span<const PhotonMaps>(), Camera(camera), sampling, settings);
+    return test::render_pass(world, std::span<const PhotonMaps>(), Camera(camera), sampling, settings);
   };
   const Rendered far = image(0.5, coarse);  // pixels of 11 m
   const Rendered reference = image(0.5, exact);

@@ -8,6 +8,7 @@
 #include "octree/base/statistics.h"
 #include "sensor/capture/render.h"
 #include "tests/support/distributions.h"
+#include "tests/support/rendered.h"
 #include "tests/support/worlds.h"
 
 using namespace obscura;
@@ -138,7 +139,7 @@ TEST_CASE("a pixel is the same whether its tile is done alone or with all others
       sampling.adaptive->radiance = std::nullopt;  // is relative to the whole picture's bright end
     }
     sampling.tiles = std::move(tiles);
-    return render(world, {}, camera, sampling, RadianceSettings{});
+    return test::render_pass(world, {}, camera, sampling, RadianceSettings{});
   };
   for (const bool adaptive : {false, true}) {
     const Rendered all = picture({}, adaptive), some = picture({4, 1}, adaptive);
