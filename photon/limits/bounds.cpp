@@ -63,4 +63,17 @@ EffectBounds effect_bounds(const IntervalLimits& limits, double reach_m, bool di
   return bounds;
 }
 
+EffectBounds& EffectBounds::operator+=(const EffectBounds& other) noexcept {
+  emission += other.emission;
+  single_scattering += other.single_scattering;
+  multiple_scattering += other.multiple_scattering;
+  sun += other.sun;
+  sky += other.sky;
+  specular += other.specular;
+  air_share = std::max(air_share, other.air_share);
+  air_lost += other.air_lost;
+  air_gained += other.air_gained;
+  return *this;
+}
+
 }  // namespace obscura

@@ -28,6 +28,9 @@ struct EffectBounds {
   double air_share = 0;   ///< most that air takes of a ray's radiance, as a share of it,
   double air_lost = 0;    ///< and most that it takes besides, of light before that scatters
   double air_gained = 0;  ///< most that air adds
+
+  /// Of another interval of the band.
+  EffectBounds& operator+=(const EffectBounds& other) noexcept;
 };
 
 /// @param reach_m largest distance in the scene

@@ -104,17 +104,7 @@ class Decider {
     for (const IntervalLimits& limits : limits_) {
       const bool disc =
           std::find(summary_.disc_in_view.begin(), summary_.disc_in_view.end(), true) != summary_.disc_in_view.end();
-      const EffectBounds here = effect_bounds(limits, summary_.reach_m, disc);
-      EffectBounds& sum = sums[static_cast<std::size_t>(limits.band)];
-      sum.emission += here.emission;
-      sum.single_scattering += here.single_scattering;
-      sum.multiple_scattering += here.multiple_scattering;
-      sum.sun += here.sun;
-      sum.sky += here.sky;
-      sum.specular += here.specular;
-      sum.air_share = std::max(sum.air_share, here.air_share);
-      sum.air_lost += here.air_lost;
-      sum.air_gained += here.air_gained;
+      sums[static_cast<std::size_t>(limits.band)] += effect_bounds(limits, summary_.reach_m, disc);
     }
     for (std::size_t b = 0; b < sums.size(); ++b) {
       const double scale = summary_.bands[b].least();

@@ -9,9 +9,8 @@
 #include <vector>
 
 #include "octree/base/progress.h"
-#include "sensor/capture/estimator.h"
+#include "sensor/capture/corner_rays.h"
 #include "sensor/capture/film.h"
-#include "sensor/capture/sampler.h"
 
 namespace obscura {
 
@@ -22,34 +21,6 @@ struct RayCounts {
   std::array<std::uint64_t, kCriteria> asked{};  ///< beyond the first, by the criterion that asked
 
   RayCounts& operator+=(const RayCounts& other) noexcept;
-};
-
-/// What rays at the corners of spots have met; corners are numbered on the finest grid that there may be.
-class CornerRays {
- public:
-  struct Corner {
-    std::uint32_t x, y;
-    auto operator<=>(const Corner&) const = default;
-  };
-
-  /// @param levels how often a pixel may be split
-  CornerRays(const World& world, const RadianceEstimator& estimator, const Sampler& sampler, int levels);
-
-  /// Floats per corner: the sunlit share, then per band transmission, radiance and its variance.
-  std::size_t stride() const noexcept { return 1 + 3 * static_cast<std::size_t>(bands_); }
-  int bands() const noexcept { return bands_; }
-  int levels() const noexcept { return levels_; }
-
-  /// @param values stride() for each corner
-  RadianceCounts trace(std::span<const Corner> corners, std::span<float> values) const;
-
- private:
-  const World* world_;
-  const RadianceEstimator* estimator_;
-  const Sampler* sampler_;
-  int levels_;
-  int bands_;
-  bool shadows_;
 };
 
 /// The slope of a part's radiance as its corners tell it, a function of the place in the part (-1/2 to 1/2 across and
