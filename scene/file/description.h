@@ -168,14 +168,8 @@ struct AntialiasingDescription {
   bool adaptive() const noexcept { return polygons != 0 && polygons_strict != 0 && materials != 0; }
 };
 
-struct SensorDescription {
-  Vec3d position_m{0, 0, 0};
-  Vec3d look_at_m{0, 0, 0};
-  Vec3d up{0, 0, 1};
-  Projection projection = Projection::perspective;
-  double fov_deg = 20;  ///< perspective: full horizontal angle; fisheye: across the shorter side
-  double width_m = 0;   ///< orthographic
-  std::array<int, 2> resolution{320, 240};
+/// The camera, and what becomes of its rays.
+struct SensorDescription : CameraSettings {
   int max_oversampling = 16;  ///< rays per pixel, at most
   AntialiasingDescription antialiasing;
   int specular_depth = 4;               ///< mirror reflections at most

@@ -7,18 +7,6 @@
 
 namespace obscura {
 
-CameraSettings camera_of(const SensorDescription& sensor) {
-  CameraSettings camera;
-  camera.position_m = sensor.position_m;
-  camera.look_at_m = sensor.look_at_m;
-  camera.up = sensor.up;
-  camera.projection = sensor.projection;
-  camera.fov_deg = sensor.fov_deg;
-  camera.width_m = sensor.width_m;
-  camera.resolution = sensor.resolution;
-  return camera;
-}
-
 namespace {
 
 bool serves(const MediaSummary& summary, const MethodType& type) {
@@ -169,7 +157,7 @@ Plan make_plan(const Description& scene, const MediaSummary& summary, double bud
   plan.cuts = std::move(effects.cuts);
   plan.budget = effects.budget;
   plan.warnings = std::move(effects.warnings);
-  plan.camera = camera_of(scene.sensor);
+  plan.camera = scene.sensor;
   plan.sampling.max_oversampling = scene.sensor.max_oversampling;
   plan.sampling.adaptive = adaptive_of(scene.sensor);
   plan.sampling.seed = scene.render.seed;

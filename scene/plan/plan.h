@@ -34,8 +34,6 @@ struct Plan {
   std::vector<std::string> warnings;
 };
 
-CameraSettings camera_of(const SensorDescription& sensor);
-
 /// The settings of the scene for a method.
 Method method_of(const Description& scene, const MethodType& type);
 

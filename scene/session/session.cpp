@@ -33,7 +33,7 @@ Session::Session(Description scene, double time_s, const Progress& progress, std
       budget_(budget),
       built_(build_world(with_fewest_intervals(scene_), time_s, progress)),
       has_atmosphere_(built_.world.atmosphere().has_value()),
-      own_view_(camera_of(scene_.sensor)),
+      own_view_(scene_.sensor),
       view_(own_view_),
       summary_(summarize(built_.world, view_of(Camera(view_)))) {
   make_plan();
@@ -52,6 +52,7 @@ void Session::make_plan() {
   if (plan.cuts != plan_.cuts) {
     // Octrees and meshes are shared; what finds surfaces exists once at a time.
     if (!whole_) whole_ = built_.world.contents();
+    accepted_.reset();
     solved_.reset();
     built_.world = World({});
     built_.world = World(plan.cuts.any() ? reduced(*whole_, plan.cuts) : *whole_);
@@ -63,8 +64,12 @@ void Session::make_plan() {
 Estimator Session::estimate(const Method& method, const SamplerSettings& sampling, std::uint64_t seed,
                             const Progress& progress) {
   EstimatorSettings settings = plan_.estimator;
+  if (!accepted_ || !(*accepted_ == SolutionBasis{method, settings})) {
+    accepted_.reset();
+    if (auto refusal = unfit(built_.world, method, settings)) throw *refusal;
+    accepted_ = {method, settings};
+  }
   settings.seed = seed;
-  if (auto refusal = unfit(built_.world, method, settings)) throw *refusal;
   const SolutionBasis basis = method.type->basis(method, settings);
   if (!solved_ || !(solved_->basis == basis)) {
     solved_.reset();

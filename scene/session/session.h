@@ -62,6 +62,7 @@ class Session {
   MediaSummary summary_;
   Plan plan_;
 
+  std::optional<SolutionBasis> accepted_;  // the last method that has been asked whether it can serve, and could
   struct Solved {
     SolutionBasis basis;
     Solution solution;

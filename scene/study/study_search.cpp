@@ -50,8 +50,7 @@ StudySearch::StudySearch(Study& study, const StudyTraits& traits)
 }
 
 bool StudySearch::refused(const MethodType* method) const {
-  return std::any_of(study_.refusals.begin(), study_.refusals.end(),
-                     [&](const auto& r) { return r.first == method; });
+  return std::any_of(study_.refusals.begin(), study_.refusals.end(), [&](const auto& r) { return r.first == method; });
 }
 
 bool StudySearch::failed(const StudySetting& setting) const {
@@ -264,14 +263,12 @@ void StudySearch::fail(const StudyJob::Part& part, const std::exception& error) 
 void StudySearch::finish(const StudyJob& job) {
   for (const StudyJob::Part& part : job.parts) {
     if (part.purpose.starts_with("target")) {
-      for (const double target : kStudyTargets)
-        tries_[target] += part.purpose == purpose_of_target(target) ? 1 : 0;
+      for (const double target : kStudyTargets) tries_[target] += part.purpose == purpose_of_target(target) ? 1 : 0;
     }
   }
   const StudyJob::Part& first = job.parts.front();
   Ladder& ladder = ladders_.at(first.setting.method.type);
-  if (first.purpose == "ladder" && !failed(first.setting))
-    ladder.next = scaled(traits_, first.setting, kRung);
+  if (first.purpose == "ladder" && !failed(first.setting)) ladder.next = scaled(traits_, first.setting, kRung);
   if (first.base < 0 || !study_.reference.picture.known()) return;
   take_best_knob(job, ladder);
   std::vector<StudyJob> open;

@@ -22,8 +22,8 @@ struct CameraSettings {
   /// Full angle: across the image's width (perspective, below 180) or across its shorter side
   /// (fisheye, up to 360).
   double fov_deg = 20;
-  /// Width of the image in metres (orthographic).
-  double width_m = 1;
+  /// Width of the image in metres (orthographic), above 0 there.
+  double width_m = 0;
   /// Columns and rows.
   std::array<int, 2> resolution{320, 240};
 

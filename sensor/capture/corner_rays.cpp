@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "photon/paths/sunlight.h"
+#include "sensor/capture/film.h"
 
 namespace obscura {
 namespace {
