@@ -1,29 +1,17 @@
-// The World: placement, overlapping media, wrapping, what lies beyond the clouds, and the batched walks
-// against the scalar one.
+// The World: placement, overlapping media, wrapping, and what lies beyond the clouds.
 #include "photon/world/world.h"
 
 #include <catch2/catch.hpp>
 
 #include "octree/base/error.h"
-#include "photon/optics/sampling.h"
 #include "photon/world/world_walk.h"
+#include "tests/photon/world/noisy_worlds.h"
 #include "tests/support/worlds.h"
 
 using namespace obscura;
 using namespace obscura::test;
 
 namespace {
-
-double noise_density(const Vec3i& v) { return voxel_noise(3, v, 1) < 0.3 ? 0.0 : voxel_noise(3, v, 2); }
-
-CloudWish noisy(double extinction = 0.4) {
-  CloudWish wish;
-  wish.voxels = {11, 9, 7};
-  wish.voxel_m = 0.5;
-  wish.density = noise_density;
-  wish.extinction = extinction;
-  return wish;
-}
 
 /// Two channels, three media, of which two share a channel.
 Cloud mixed_cloud() {
@@ -40,69 +28,6 @@ Cloud mixed_cloud() {
   cloud.source = {2.0};
   cloud.emission = {0.7};
   return cloud;
-}
-
-World world_of(std::vector<Cloud> clouds, double sky = 0) {
-  WorldContents contents;
-  contents.bands.emplace_back("grey");
-  contents.clouds = std::move(clouds);
-  contents.sky = {sky};
-  return World(std::move(contents));
-}
-
-/// Rays that start around the World and inside it.
-std::vector<Ray> rays_about(const World& world, int count, double t_max = kInfinity) {
-  Stream random(9, 0, 0);
-  std::vector<Ray> rays;
-  const double radius = world.bounds().size().length();
-  for (int i = 0; i < count; ++i) {
-    Vec3d through = world.bounds().min;
-    for (int axis = 0; axis < 3; ++axis) through[axis] += random.uniform() * world.bounds().size()[axis];
-    const Vec3d d = random_direction(random);
-    rays.push_back({i % 3 == 0 ? through : through - radius * d, d, 0, t_max});
-  }
-  return rays;
-}
-
-double scalar_depth(const World& world, const Ray& ray) {
-  double depth = 0;
-  WorldWalk walk(world, 0, ray);
-  while (walk.next()) depth += walk.optics().extinction * (walk.end() - walk.begin());
-  return depth;
-}
-
-/// The batched depths and flights of these rays, each against the scalar walk.
-void check_batched(const World& world, const std::vector<Ray>& rays) {
-  std::vector<double> depths(rays.size());
-  world.optical_depths(0, rays, depths);
-  std::vector<Flight> flights;
-  Stream random(4, 0, 0);
-  for (const Ray& ray : rays) flights.push_back({ray, -std::log(random.uniform())});
-  std::vector<FreePath> ends(rays.size());
-  world.reach_depths(0, flights, ends);
-  int collided = 0, crossed = 0;
-  double worst_depth = 0, worst_target = 0;
-  bool agreed = true, found_medium = true;
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    const double depth = scalar_depth(world, rays[i]);
-    crossed += depth > 0;
-    worst_depth = std::max(worst_depth, std::abs(depths[i] - depth) / std::max(depth, 0.1));
-    const double target = flights[i].target_depth;
-    if (std::abs(target - depth) > 1e-4 * depth) agreed = agreed && ends[i].collided == (depth > target);
-    if (!ends[i].collided) continue;
-    ++collided;
-    Ray part = rays[i];
-    part.t_max = ends[i].t;
-    worst_target = std::max(worst_target, std::abs(scalar_depth(world, part) - target) / std::max(target, 0.1));
-    FreePath end = ends[i];
-    found_medium = found_medium && world.at_collision(0, flights[i], end).extinction > 0;
-  }
-  CHECK(worst_depth < 2e-5);
-  CHECK(worst_target < 5e-5);
-  CHECK(agreed);
-  CHECK(found_medium);
-  CHECK(collided > static_cast<int>(rays.size()) / 10);
-  CHECK(crossed > static_cast<int>(rays.size()) / 3);
 }
 
 }  // namespace
@@ -206,24 +131,6 @@ TEST_CASE("behind the clouds are the sky and the sun's disc with its irradiance"
   CHECK(without_disc.sky(0) == 0);
 }
 
-TEST_CASE("a cloud 1e7 m from the origin is as exact as one beside it", "[photon][world]") {
-  CloudWish wish = noisy();
-  const World near = world_of({make_cloud(wish)});
-  wish.corner_m = {1e7, -1e7, 2e7};
-  const World far = world_of({make_cloud(wish)});
-  for (Ray ray : rays_about(near, 300)) {
-    // Multiples of 2^-20 are moved without rounding.
-    for (int axis = 0; axis < 3; ++axis) ray.origin[axis] = std::round(ray.origin[axis] * 0x1p20) * 0x1p-20;
-    Ray moved = ray;
-    moved.origin += wish.corner_m;
-    const double depth = scalar_depth(near, ray);
-    CHECK(std::abs(scalar_depth(far, moved) - depth) < 2e-7);
-    double batched = 0;
-    far.optical_depths(0, {&moved, 1}, {&batched, 1});
-    CHECK(std::abs(batched - depth) < 1e-5 * depth + 1e-6);
-  }
-}
-
 TEST_CASE("an empty cloud and no cloud at all leave rays as they are", "[photon][world]") {
   CloudWish wish;
   wish.density = [](const Vec3i&) { return 0.0; };
@@ -273,59 +180,6 @@ TEST_CASE("a World that kernels could not serve is refused with cause and remedy
     } else {
       CHECK_THROWS_AS(world_of({wide}), InputError);
     }
-  }
-}
-
-TEST_CASE("batched depths and flights agree with the scalar walk: one cloud and three", "[photon][world]") {
-  Cloud a = make_cloud(noisy(0.8));
-  a.local_to_world = placement({1, 2, 3}, {0.2, 0.4, 0.6}, 1);
-  const World one = world_of({a});
-  check_batched(one, rays_about(one, 600));
-  Cloud b = make_cloud(noisy(0.3));
-  b.local_to_world = placement({2, 1, 4}, {-1, 0.1, 0.3}, 1.3);
-  CloudWish wish;
-  wish.corner_m = {-3, -2, 1};
-  wish.voxel_m = 0.5;
-  wish.extinction = 0.05;
-  const World three = world_of({a, b, make_cloud(wish)});
-  check_batched(three, rays_about(three, 600));
-}
-
-TEST_CASE("batched depths and flights agree with the scalar walk in periodic clouds", "[photon][world]") {
-  CloudWish wish = noisy(0.3);
-  wish.period_m = {6, 4.5};  // a gap along x, none along y
-  Cloud cloud = make_cloud(wish);
-  cloud.local_to_world = placement({1, 2, 3}, {0.2, -0.1, 0.6}, 1.1);
-  const World world = world_of({cloud});
-  check_batched(world, rays_about(world, 600, 60));
-  const World two = world_of({cloud, cloud});
-  check_batched(two, rays_about(two, 300, 60));
-}
-
-TEST_CASE("a ray along a periodic layer goes through cell after cell", "[photon][world]") {
-  CloudWish wish;
-  wish.voxels = Vec3i(8);
-  wish.density = [](const Vec3i& v) { return v.x < 4 ? 1.0 : 3.0; };
-  wish.extinction = 0.01;
-  wish.period_m = {10, 8};
-  const World world = world_of({make_cloud(wish)});
-  const double cell = 0.01 * (4 * 1 + 4 * 3);
-  for (const double sign : {1.0, -1.0}) {
-    const Ray ray{{0, 4, 4}, {sign, 0, 0}, 0, 1000};
-    double depth = 0;
-    world.optical_depths(0, {&ray, 1}, {&depth, 1});
-    CHECK(depth == Approx(100 * cell).epsilon(1e-5));
-    CHECK(scalar_depth(world, ray) == Approx(100 * cell).epsilon(1e-12));
-    // Endless: nothing of the light is left, and a flight ends where it should.
-    const Ray endless{{0, 4, 4}, {sign, 0, 0}, 0, kInfinity};
-    world.optical_depths(0, {&endless, 1}, {&depth, 1});
-    CHECK(depth > 700);
-    const Flight flight{endless, 50.5 * cell};
-    FreePath end;
-    world.reach_depths(0, {&flight, 1}, {&end, 1});
-    CHECK(end.collided);
-    // Half a cell's depth: 4 m of 1, then 4/3 m of 3; the other way from the back, after the gap.
-    CHECK(end.t == Approx(500 + (sign > 0 ? 4 + 4.0 / 3 : 2 + 8.0 / 3)).epsilon(1e-5));
   }
 }
 
@@ -381,22 +235,4 @@ TEST_CASE("the map's frame is rigid, and extinction there is that of the World",
     }
     CHECK(met > 10);
   }
-}
-
-TEST_CASE("a collision that rounding has carried out of the cloud is put right", "[photon][world]") {
-  CloudWish wish;
-  wish.voxels = Vec3i(8);
-  const World world = world_of({make_cloud(wish)});
-  const Flight flight{{{4, 4, -2}, {0, 0, 1}, 0, kInfinity}, 8 - 1e-7};
-  FreePath end{10 + 1e-6, flight.target_depth, true};
-  CHECK(world.at(0, flight.ray.at(end.t)).extinction == 0);
-  CHECK(world.at_collision(0, flight, end).extinction == 1);
-  CHECK(end.collided);
-  CHECK(end.t < 10);
-  CHECK(end.t > 10 - 1e-4);
-  // More than there is: no collision after all.
-  const Flight beyond{flight.ray, 8 + 1e-7};
-  end = {10 + 1e-6, beyond.target_depth, true};
-  CHECK(world.at_collision(0, beyond, end).extinction == 0);
-  CHECK(!end.collided);
 }
