@@ -1,7 +1,6 @@
 // Worlds of noisy clouds, rays about them, and optical depths by the scalar walk.
 #pragma once
 
-#include <cmath>
 #include <utility>
 #include <vector>
 
