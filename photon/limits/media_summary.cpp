@@ -90,9 +90,9 @@ Kelvin kelvin_of(const Cloud& cloud) {
   return range;
 }
 
-CloudLimits limits_of(const World& world, int c, int interval, const LayerMaxima& layers, const Kelvin& kelvin) {
-  const Cloud& cloud = world.clouds()[static_cast<std::size_t>(c)];
-  const CloudOptics& optics = world.optics(c, interval);
+CloudLimits limits_of(SpectralWorld world, int c, const LayerMaxima& layers, const Kelvin& kelvin) {
+  const Cloud& cloud = world->clouds()[static_cast<std::size_t>(c)];
+  const CloudOptics& optics = world.optics(c);
   CloudLimits limits;
   std::vector<double> extinction(static_cast<std::size_t>(cloud.octree->channel_count()), 0.0);
   std::vector<double> scattering = extinction, absorption = extinction;
@@ -108,7 +108,7 @@ CloudLimits limits_of(const World& world, int c, int interval, const LayerMaxima
   }
   const auto largest = [&](const std::vector<double>& weights) {
     const double most = layers.largest_integral(weights);
-    return most > 0 && world.frame(c).periodic() ? kInfinity : most;
+    return most > 0 && world->frame(c).periodic() ? kInfinity : most;
   };
   limits.depth = largest(extinction);
   limits.scattering_depth = largest(scattering);
@@ -117,12 +117,12 @@ CloudLimits limits_of(const World& world, int c, int interval, const LayerMaxima
   limits.emits = optics.emits();
   if (limits.absorption_depth > 0) limits.source_min = 0;
   if (!limits.emits) return limits;
-  const auto i = static_cast<std::size_t>(interval);
-  const Band& band = world.bands()[static_cast<std::size_t>(world.interval(interval).band)];
+  const auto i = static_cast<std::size_t>(world.interval());
+  const Band& band = world.band();
   if (!cloud.source.empty() && cloud.source[i]) {
     limits.source_min = limits.source_max = *cloud.source[i];
   } else if (!band.grey() && kelvin.warmest >= kelvin.coldest) {
-    const auto planck = [&](double K) { return K > 0 ? band.planck(world.interval(interval).interval, K) : 0.0; };
+    const auto planck = [&](double K) { return K > 0 ? band.planck(world.where().interval, K) : 0.0; };
     limits.source_min = planck(kelvin.coldest);
     limits.source_max = kRounding * planck(kelvin.warmest);
   }
@@ -130,22 +130,22 @@ CloudLimits limits_of(const World& world, int c, int interval, const LayerMaxima
     limits.source_min = kInfinity;
     limits.source_max = 0;
   }
-  if (world.contents().clouds[static_cast<std::size_t>(c)].emission.size() > i && cloud.emission[i] > 0)
+  if (world->contents().clouds[static_cast<std::size_t>(c)].emission.size() > i && cloud.emission[i] > 0)
     limits.source_max = kInfinity;
   return limits;
 }
 
 /// Largest and least radiance of a black body in the place of any of an object's points.
-void add_object(const World& world, int interval, const Object& object, IntervalLimits& limits) {
-  const Band& band = world.bands()[static_cast<std::size_t>(world.interval(interval).band)];
-  const auto i = static_cast<std::size_t>(interval);
+void add_object(SpectralWorld world, const Object& object, IntervalLimits& limits) {
+  const Band& band = world.band();
+  const auto i = static_cast<std::size_t>(world.interval());
   const auto add = [&](double black) {
     limits.surface_max = std::max(limits.surface_max, black);
     limits.surface_min = std::min(limits.surface_min, black);
   };
   for (const int slot : object.materials) {
-    const Material& material = world.materials()[static_cast<std::size_t>(slot)];
-    const MaterialOptics optics(material, interval);
+    const Material& material = world->materials()[static_cast<std::size_t>(slot)];
+    const MaterialOptics optics(material, world.interval());
     double factor = 1;
     for (const double at : material.angle_factor) factor = std::min(factor, at);
     const double reflectance = optics.reflects() ? 1 - material.emissivity[i] * factor : 0.0;
@@ -155,9 +155,7 @@ void add_object(const World& world, int interval, const Object& object, Interval
     if (mean > 0) limits.brdf_max = std::max(limits.brdf_max, reflectance * reflectance / (kPi * mean));
   }
   if (!object.radiance.empty() && object.radiance[i]) return add(*object.radiance[i]);
-  const auto planck = [&](double K) {
-    return !band.grey() && K > 0 ? band.planck(world.interval(interval).interval, K) : 0.0;
-  };
+  const auto planck = [&](double K) { return !band.grey() && K > 0 ? band.planck(world.where().interval, K) : 0.0; };
   for (const double K : object.K) add(planck(K));
   if (!object.mesh) return;
   float coldest = std::numeric_limits<float>::infinity(), warmest = 0;
@@ -173,28 +171,27 @@ void add_object(const World& world, int interval, const Object& object, Interval
 }
 
 /// The limits of everything but the clouds; what needs the view's rays is filled in later.
-IntervalLimits surroundings(const World& world, int interval) {
+IntervalLimits surroundings(SpectralWorld world) {
   IntervalLimits limits;
-  limits.band = world.interval(interval).band;
-  limits.sky = world.sky(interval);
-  for (const Sun& sun : world.suns()) {
-    limits.sun += sun.irradiance[static_cast<std::size_t>(interval)];
-    if (sun.irradiance[static_cast<std::size_t>(interval)] > 0) {
-      limits.disc = std::max(limits.disc, sun.diameter > 0 ? sun.radiance(interval) : kInfinity);
+  limits.band = world.where().band;
+  limits.sky = world.sky();
+  for (const Sun& sun : world->suns()) {
+    limits.sun += world.value_of(sun.irradiance);
+    if (world.value_of(sun.irradiance) > 0) {
+      limits.disc = std::max(limits.disc, sun.diameter > 0 ? sun.radiance(world.interval()) : kInfinity);
     }
   }
-  for (const Object& object : world.objects()) add_object(world, interval, object, limits);
-  for (const HotSphere& sphere : world.spheres()) {
-    limits.sphere_max = std::max(limits.sphere_max, sphere.radiance[static_cast<std::size_t>(interval)]);
-    limits.sphere_min = std::min(limits.sphere_min, sphere.radiance[static_cast<std::size_t>(interval)]);
+  for (const Object& object : world->objects()) add_object(world, object, limits);
+  for (const HotSphere& sphere : world->spheres()) {
+    limits.sphere_max = std::max(limits.sphere_max, world.value_of(sphere.radiance));
+    limits.sphere_min = std::min(limits.sphere_min, world.value_of(sphere.radiance));
   }
-  for (const Beam& beam : world.beams())
-    limits.beams = limits.beams || beam.power[static_cast<std::size_t>(interval)] > 0;
-  for (std::size_t s = world.source_count(); s < world.spheres().size(); ++s) {
-    limits.beams = limits.beams || world.spheres()[s].radiance[static_cast<std::size_t>(interval)] > 0;
+  for (const Beam& beam : world->beams()) limits.beams = limits.beams || world.value_of(beam.power) > 0;
+  for (std::size_t s = world->source_count(); s < world->spheres().size(); ++s) {
+    limits.beams = limits.beams || world.value_of(world->spheres()[s].radiance) > 0;
   }
-  limits.air_extinction = world.air_extinction(interval);
-  limits.air = limits.air_extinction > 0 ? world.air_radiance(interval) : 0.0;
+  limits.air_extinction = world.air_extinction();
+  limits.air = limits.air_extinction > 0 ? world.air_radiance() : 0.0;
   return limits;
 }
 
@@ -211,7 +208,7 @@ void add_cloud(const CloudLimits& cloud, IntervalLimits& limits) {
 
 /// What the view's rays see and cross.
 /// @param seen mean of each group, to be added to
-void look(const World& world, int interval, const CameraView& view, IntervalLimits& limits, std::vector<double>& seen) {
+void look(SpectralWorld world, const CameraView& view, IntervalLimits& limits, std::vector<double>& seen) {
   if (view.rays.empty()) return;
   RadianceSettings settings;
   settings.points = 8;
@@ -219,7 +216,7 @@ void look(const World& world, int interval, const CameraView& view, IntervalLimi
   std::vector<std::uint64_t> histories(view.rays.size());
   for (std::size_t r = 0; r < histories.size(); ++r) histories[r] = r;
   std::vector<Incoming> incoming(view.rays.size());
-  incoming_radiance(world, interval, nullptr, settings, view.rays, histories, incoming);
+  incoming_radiance(world, nullptr, settings, view.rays, histories, incoming);
   seen.resize(view.rays.size() / view.together);
   const auto count = static_cast<double>(view.rays.size());
   for (std::size_t r = 0; r < view.rays.size(); ++r) {
@@ -228,8 +225,8 @@ void look(const World& world, int interval, const CameraView& view, IntervalLimi
     limits.surfaces_hit += (incoming[r].distance < kInfinity) / count;
     Ray ray = view.rays[r];
     ray.t_max = std::min(ray.t_max, incoming[r].distance);
-    if (world.periodic() && !(ray.t_max < kInfinity)) ray.t_max = ray.t_min + 20 * world.map_period().length();
-    WorldWalk walk(world, interval, ray);
+    if (world->periodic() && !(ray.t_max < kInfinity)) ray.t_max = ray.t_min + 20 * world->map_period().length();
+    WorldWalk walk(world, ray);
     while (walk.next()) limits.segments += 1 / count;
   }
 }
@@ -264,21 +261,22 @@ MediaSummary summarize(const World& world, const CameraView& view) {
     entry.name = cloud.name;
     entry.periodic = world.frame(c).periodic();
     entry.in_view = entry.periodic || !detail::outside(view, detail::corners_of(world, c));
-    for (int i = 0; i < world.interval_count(); ++i) entry.intervals.push_back(limits_of(world, c, i, layers, kelvin));
+    for (int i = 0; i < world.interval_count(); ++i)
+      entry.intervals.push_back(limits_of({world, i}, c, layers, kelvin));
   }
   std::vector<std::vector<double>> seen(world.bands().size());
   summary.bands.resize(world.bands().size());
   const bool sealed = detail::no_dark_backs(world, view);
   for (int i = 0; i < world.interval_count(); ++i) {
-    IntervalLimits limits = surroundings(world, i);
+    IntervalLimits limits = surroundings({world, i});
     for (const CloudSummary& cloud : summary.clouds) add_cloud(cloud.intervals[static_cast<std::size_t>(i)], limits);
     // The minimum principle: nothing that is at least a black body of this radiance lets any be less
     // (photon/METHODS.md, "Bounds and the builder's measure").
     limits.floor = sealed ? std::min({limits.sky, limits.surface_min, limits.sphere_min, limits.source_min}) : 0.0;
     if (limits.air_extinction > 0) limits.floor = std::min(limits.floor, limits.air);
-    limits.scattering_seen = largest_scattering_depth(world, i);
-    limits.mean_cosine = largest_mean_cosine(world, i);
-    look(world, i, view, limits, seen[static_cast<std::size_t>(limits.band)]);
+    limits.scattering_seen = largest_scattering_depth({world, i});
+    limits.mean_cosine = largest_mean_cosine({world, i});
+    look({world, i}, view, limits, seen[static_cast<std::size_t>(limits.band)]);
     summary.bands[static_cast<std::size_t>(limits.band)].floor += limits.floor;
     summary.intervals.push_back(limits);
   }

@@ -73,18 +73,18 @@ bool same_side(const SurfacePoint& at, double radius, const Vec3d& place, const 
   return normal.dot(at.normal) >= kAlike && std::abs((place - at.position).dot(at.normal)) <= kThin * radius;
 }
 
-bool in_sight(const World& world, const SurfacePoint& at, const Vec3d& place, const Vec3d& normal) noexcept {
+bool in_sight(const Surfaces& surfaces, const SurfacePoint& at, const Vec3d& place, const Vec3d& normal) noexcept {
   // A little above the surface, which hides no part of itself: what is round rises above a chord of length d
   // between normals an angle a apart by a d / 8. Photons know their normal to a degree.
   const double turned = std::sqrt(std::max(0.0, 1 - normal.dot(at.normal)));  // a / sqrt 2
-  const double lift = (3e-3 + 0.2 * turned) * (place - at.position).length() + world.surfaces().clearance();
+  const double lift = (3e-3 + 0.2 * turned) * (place - at.position).length() + surfaces.clearance();
   const Vec3d from = at.position + lift * at.normal;
   const Vec3d way = place + lift * normal - from;
   const double distance = way.length();
-  return !(distance > 0) || !world.surfaces().occluded({from, way / distance, 0, distance});
+  return !(distance > 0) || !surfaces.occluded({from, way / distance, 0, distance});
 }
 
-DiscCover disc_cover(const World& world, int interval, const SurfacePoint& at, double radius, Kernel kernel, bool flat,
+DiscCover disc_cover(SpectralWorld world, const SurfacePoint& at, double radius, Kernel kernel, bool flat,
                      const Vec3d& key) noexcept {
   const Rotation turn = rotation_at(key, 0);
   const double angle = std::atan2(turn.x.y, turn.x.x);
@@ -101,11 +101,11 @@ DiscCover disc_cover(const World& world, int interval, const SurfacePoint& at, d
     inner_weight += inner0;
     const Vec3d above = at.position + point.x * side_u + point.y * side_v + kThin * radius * at.normal;
     const Ray ray{above, -at.normal, 0, 2 * kThin * radius};
-    const SurfaceHit hit = world.surfaces().intersect(ray);
+    const SurfaceHit hit = world->surfaces().intersect(ray);
     if (!hit.exists()) continue;
-    const SurfacePoint there = world.surface_at(interval, ray, hit);
+    const SurfacePoint there = world.surface_at(ray, hit);
     if (!there.reflects() || !same_side(at, radius, there.position, there.normal) ||
-        (!flat && !in_sight(world, at, there.position, there.normal))) {
+        (!flat && !in_sight(world->surfaces(), at, there.position, there.normal))) {
       continue;
     }
     const double u = (there.position - at.position).length2() / (radius * radius);

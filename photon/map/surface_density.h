@@ -2,7 +2,7 @@
 #pragma once
 
 #include "photon/map/density.h"
-#include "photon/world/world.h"
+#include "photon/world/spectral_world.h"
 
 namespace obscura {
 namespace detail {
@@ -24,13 +24,13 @@ struct DiscCover {
   double inner = 0;  ///< under that of radius / sqrt 2
 };
 /// @param flat  no face stands up in the disc
-DiscCover disc_cover(const World& world, int interval, const SurfacePoint& at, double radius, Kernel kernel, bool flat,
+DiscCover disc_cover(SpectralWorld world, const SurfacePoint& at, double radius, Kernel kernel, bool flat,
                      const Vec3d& key) noexcept;
 
 /// Whether a place near a surface point, on a side with this normal, belongs to the same side.
 bool same_side(const SurfacePoint& at, double radius, const Vec3d& place, const Vec3d& normal) noexcept;
 /// Whether nothing stands between two places on a surface.
-bool in_sight(const World& world, const SurfacePoint& at, const Vec3d& place, const Vec3d& normal) noexcept;
+bool in_sight(const Surfaces& surfaces, const SurfacePoint& at, const Vec3d& place, const Vec3d& normal) noexcept;
 
 }  // namespace detail
 
@@ -40,11 +40,11 @@ bool in_sight(const World& world, const SurfacePoint& at, const Vec3d& place, co
 /// @param weight double(const Vec3d& direction): what light that travels there counts
 /// @param key    names the random turn of the rays that measure the surface
 template <class Weight>
-Estimate surface_estimate(const World& world, int interval, const PhotonMap& map, const SurfacePoint& at,
-                          const Weight& weight, const GatherSettings& settings, const Vec3d& key) noexcept {
+Estimate surface_estimate(SpectralWorld world, const PhotonMap& map, const SurfacePoint& at, const Weight& weight,
+                          const GatherSettings& settings, const Vec3d& key) noexcept {
   Estimate result;
   // The disc, as in the volume: the k-th neighbour gives the radius and is not counted.
-  const Vec3d x = transform_point(world.world_to_map(), at.position);
+  const Vec3d x = transform_point(world->world_to_map(), at.position);
   const Vec3f local = map.local(x);
   const double reach = settings.max_radius_m;
   Nearest nearest(settings.nearest, static_cast<float>(reach * reach));
@@ -59,17 +59,17 @@ Estimate surface_estimate(const World& world, int interval, const PhotonMap& map
   const double radius = result.radius = std::sqrt(rim);
   if (!(radius > 0) || (!cut && nearest.all_equal())) return result;
 
-  const bool flat = world.surfaces().flat(at.position, at.normal, radius);
-  const detail::DiscCover cover = detail::disc_cover(world, interval, at, radius, settings.kernel, flat, key);
+  const bool flat = world->surfaces().flat(at.position, at.normal, radius);
+  const detail::DiscCover cover = detail::disc_cover(world, at, radius, settings.kernel, flat, key);
   double inner_sum = 0;
   for (int i = 0; i < nearest.count(); ++i) {
     const double distance2 = nearest.distance2(i);
     if (!(distance2 < rim)) continue;
     const Photon& photon = map.photon(nearest.index(i));
-    const Vec3d place = transform_point(world.map_to_world(), x + Vec3d(map.offset(local, nearest.index(i))));
+    const Vec3d place = transform_point(world->map_to_world(), x + Vec3d(map.offset(local, nearest.index(i))));
     const Vec3d normal = decode_normal(photon.collisions);
     if (!detail::same_side(at, radius, place, normal)) continue;
-    if (!flat && !detail::in_sight(world, at, place, normal)) continue;
+    if (!flat && !detail::in_sight(world->surfaces(), at, place, normal)) continue;
     ++result.photons;
     const double u = distance2 / rim;
     const double light = photon.power * weight(decode_direction(photon.direction));

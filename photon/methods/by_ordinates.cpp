@@ -13,7 +13,7 @@ using Solved = std::vector<OrdinatesReferee>;  // one per interval; fewer where 
 
 std::optional<NumericalError> unfit_ordinates(const World& world, const Method&, const EstimatorSettings&) {
   for (int i = 0; i < world.interval_count(); ++i) {
-    if (auto refusal = unfit_for_ordinates(world, i)) return refusal;
+    if (auto refusal = unfit_for_ordinates({world, i})) return refusal;
   }
   return std::nullopt;
 }
@@ -33,7 +33,8 @@ Solution solve(const World& world, const Method& method, const EstimatorSettings
   auto solved = std::make_shared<Solved>();
   const auto intervals = static_cast<std::uint64_t>(world.interval_count());
   for (int i = 0; i < world.interval_count() && !progress.cancelled(); ++i) {
-    solved->emplace_back(world, i, settings, progress.part("ordinates", static_cast<std::uint64_t>(i), intervals));
+    solved->emplace_back(SpectralWorld(world, i), settings,
+                         progress.part("ordinates", static_cast<std::uint64_t>(i), intervals));
   }
   return solved;
 }

@@ -24,7 +24,7 @@ Crossing crossing_by_paths(const World& world, const RadianceSettings& radiance,
   Crossing sum;
   for (int i = 0; i < world.interval_count(); ++i) {
     if (world.interval(i).band != band) continue;
-    const PathFlux power = path_flux(world, i, settings, rectangle, paths, number);
+    const PathFlux power = path_flux({world, i}, settings, rectangle, paths, number);
     const auto add = [](Measured& side, const BatchMean& here) {
       side.value += here.mean;
       side.error = std::hypot(side.error, here.standard_error);

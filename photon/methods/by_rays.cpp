@@ -27,14 +27,14 @@ void answer_by_rays(const World& world, const RadianceSettings& settings, std::s
     RadianceSettings here = settings;
     here.footprint = share.footprint;
     if (share.paths > 0) here.points = share.paths;
-    return incoming_radiance(world, interval, maps_of(interval), here, rays, histories, incoming);
+    return incoming_radiance({world, interval}, maps_of(interval), here, rays, histories, incoming);
   };
   estimator.fluence = [&world, settings, maps_of](int band, const Vec3d& point, int directions, std::uint64_t history) {
     Measured sum;
     for (int i = 0; i < world.interval_count(); ++i) {
       if (world.interval(i).band != band) continue;
       const PhotonMaps* maps = maps_of(i);
-      const Fluence here = fluence(world, i, maps, settings, point, directions, history);
+      const Fluence here = fluence({world, i}, maps, settings, point, directions, history);
       sum.value += here.mean;
       sum.error = std::hypot(sum.error, here.standard_error);
       sum.bias += std::abs(here.bias);

@@ -33,17 +33,16 @@ bool flatten(double* moments, std::size_t stride) noexcept {
 
 }  // namespace
 
-OrdinatesSolution::Data::Data(const World& world_of, int interval_of, const OrdinatesSettings& settings)
-    : world(&world_of),
-      interval(interval_of),
-      grid(world_of, interval_of, settings.cells, settings.box),
-      surfaces(world_of, interval_of, grid),
+OrdinatesSolution::Data::Data(SpectralWorld world_of, const OrdinatesSettings& settings)
+    : world(world_of),
+      grid(world_of, settings.cells, settings.box),
+      surfaces(world_of, grid),
       set(settings.quadrature, settings.order),
       degree(grid.phase_degree(std::clamp(settings.degree.value_or(set.moment_order()), 0, set.moment_order()))),
       gather(std::max(1, settings.gather)),
       angles(set, degree, grid.cell_m(), {grid.uniform(0), grid.uniform(1), grid.uniform(2)}) {
   const auto degrees = static_cast<std::size_t>(degree) + 1;
-  const double air = world->air_extinction(interval);
+  const double air = world.air_extinction();
   forward.resize(grid.size());
   extinction.resize(grid.size());
   scatter.resize(grid.size() * degrees);
@@ -66,7 +65,7 @@ OrdinatesSolution::Data::Data(const World& world_of, int interval_of, const Ordi
 
 double OrdinatesSolution::Data::depth(const Ray& ray) const {
   double sum = 0;
-  march(*world, interval, grid, ray,
+  march(world, grid, ray,
         [&](double begin, double end, const LocalOptics& optics, std::optional<std::size_t> cell, const CellCursor&) {
           sum += (end - begin) * reduced(optics, cell);
           return sum < 750;
@@ -76,33 +75,32 @@ double OrdinatesSolution::Data::depth(const Ray& ray) const {
 
 double OrdinatesSolution::Data::reflected_far(const SurfacePoint& at) const {
   if (!at.reflects()) return 0;
-  double sum = at.reflectance(at.cosine) * world->sky(interval);
+  double sum = at.reflectance(at.cosine) * world.sky();
   for (const Sun& sun : world->suns()) {
     const double cosine = sun.toward.dot(at.normal);
     const Ray shadow{at.position, sun.toward, world->surfaces().clearance(), kInfinity};
     Stream stream = StreamName{}.stream();
     if (!(cosine > 0) || world->blocked(shadow, at.id, stream)) continue;
-    sum += at.material->diffuse(cosine, at.cosine) * cosine * sun.irradiance[static_cast<std::size_t>(interval)] *
-           std::exp(-depth(shadow));
+    sum += at.material->diffuse(cosine, at.cosine) * cosine * world.value_of(sun.irradiance) * std::exp(-depth(shadow));
   }
   return sum;
 }
 
-std::optional<NumericalError> unfit_for_ordinates(const World& world, int interval) {
+std::optional<NumericalError> unfit_for_ordinates(SpectralWorld world) {
   const auto unsolved = [](const char* what) {
     return NumericalError("ordinates", std::string(what) + " are not solved by discrete ordinates",
                           "use the path tracer");
   };
-  if (!world.spheres().empty()) return unsolved("hot spheres and particles");
-  if (world.surfaces().empty()) return std::nullopt;
-  if (world.periodic()) return unsolved("surfaces among clouds that repeat");
-  if (!world.beams().empty() && world.surfaces_reflect(interval)) return unsolved("beams on surfaces that reflect");
-  for (std::size_t i = 0; i < world.objects().size(); ++i) {
-    const Object& object = world.objects()[i];
+  if (!world->spheres().empty()) return unsolved("hot spheres and particles");
+  if (world->surfaces().empty()) return std::nullopt;
+  if (world->periodic()) return unsolved("surfaces among clouds that repeat");
+  if (!world->beams().empty() && world.surfaces_reflect()) return unsolved("beams on surfaces that reflect");
+  for (std::size_t i = 0; i < world->objects().size(); ++i) {
+    const Object& object = world->objects()[i];
     const std::size_t faces = object.mesh && !object.mesh->slots.empty() ? object.mesh->faces.size() : 1;
     for (std::size_t face = 0; face < faces; ++face) {
       const MaterialOptics& material =
-          world.material(interval, {static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(face)});
+          world.material({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(face)});
       if ((material.specular() > 0 && material.reflects()) || material.permeable() > 0)
         return unsolved("mirrors and permeable surfaces");
     }
@@ -110,10 +108,9 @@ std::optional<NumericalError> unfit_for_ordinates(const World& world, int interv
   return std::nullopt;
 }
 
-OrdinatesSolution solve_ordinates(const World& world, int interval, const OrdinatesSettings& settings,
-                                  const Progress& progress) {
-  if (auto refusal = unfit_for_ordinates(world, interval)) throw *refusal;
-  auto data = std::make_shared<OrdinatesSolution::Data>(world, interval, settings);
+OrdinatesSolution solve_ordinates(SpectralWorld world, const OrdinatesSettings& settings, const Progress& progress) {
+  if (auto refusal = unfit_for_ordinates(world)) throw *refusal;
+  auto data = std::make_shared<OrdinatesSolution::Data>(world, settings);
   OrdinatesSolver solver(*data, settings);
   solver.solve(progress);
   // No negative corner, so that light interpolated between the corners is not negative either.

@@ -13,7 +13,7 @@
 #include "photon/ordinates/angular_quadrature.h"
 #include "photon/ordinates/ordinates_grid.h"
 #include "photon/paths/radiance.h"
-#include "photon/world/world.h"
+#include "photon/world/spectral_world.h"
 
 namespace obscura {
 
@@ -97,12 +97,12 @@ class OrdinatesSolution {
 
 /// Why discrete ordinates cannot serve the World: hot spheres, mirrors, permeable surfaces, surfaces or beams where
 /// they are not solved; none: they can.
-std::optional<NumericalError> unfit_for_ordinates(const World& world, int interval);
+std::optional<NumericalError> unfit_for_ordinates(SpectralWorld world);
 
 /// @throws InputError      a box without volume, or an order that does not exist
 /// @throws ResourceError   memory above the limit
 /// @throws NumericalError  as unfit_for_ordinates() answers; no convergence
-OrdinatesSolution solve_ordinates(const World& world, int interval, const OrdinatesSettings& settings,
+OrdinatesSolution solve_ordinates(SpectralWorld world, const OrdinatesSettings& settings,
                                   const Progress& progress = {});
 
 /// Bytes that the solver has held while it iterated.

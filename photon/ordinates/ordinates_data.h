@@ -10,10 +10,9 @@
 namespace obscura {
 
 struct OrdinatesSolution::Data {
-  Data(const World& world_of, int interval_of, const OrdinatesSettings& settings);
+  Data(SpectralWorld world_of, const OrdinatesSettings& settings);
 
-  const World* world;
-  int interval;
+  SpectralWorld world;
   OrdinatesGrid grid;
   OrdinatesSurfaces surfaces;
   OrdinateSet set;

@@ -69,7 +69,7 @@ void put_source(Data& data, std::size_t cell, const CellLight& light, const Vec3
 /// so is its mean over layers.
 CellLight sunlight(const Data& data, std::size_t cell, const Sun& sun, const Vec3d& toward) {
   const OrdinatesGrid& grid = data.grid;
-  const double irradiance = sun.irradiance[static_cast<std::size_t>(data.interval)];
+  const double irradiance = data.world.value_of(sun.irradiance);
   const Vec3i at = grid.cell_at(cell);
   const Vec3d h = grid.cell_m(), corner(at.x * h.x, at.y * h.y, at.z * h.z);
   const double gauss = 1 / std::sqrt(3.0);
@@ -100,7 +100,7 @@ CellLight sunlight(const Data& data, std::size_t cell, const Sun& sun, const Vec
       stretch.add(k, s, a, begin, end);
       before = end;
     };
-    WorldWalk walk(*data.world, data.interval, {entry, -sun.toward, 0, chord});
+    WorldWalk walk(data.world, {entry, -sun.toward, 0, chord});
     while (walk.next()) {
       const LocalOptics optics = walk.optics();
       const double forward = data.forward[cell] * optics.scattering;
@@ -135,9 +135,9 @@ void add_beam(Data& data, const Beam& beam, std::vector<CellLight>& cells) {
     Ray ray{beam.position + r * std::cos(phi) * u + r * std::sin(phi) * v, beam.direction, 0, kInfinity};
     Stream stream = StreamName{.history = static_cast<std::uint64_t>(n)}.stream();
     ray.t_max = data.world->meet(ray, {}, stream).t;
-    double power = beam.power[static_cast<std::size_t>(data.interval)] / lines / grid.cell_volume();
+    double power = data.world.value_of(beam.power) / lines / grid.cell_volume();
     const Ray local = transform_ray(grid.world_to_grid(), ray);
-    march(*data.world, data.interval, grid, ray,
+    march(data.world, grid, ray,
           [&](double begin, double end, const LocalOptics& optics, std::optional<std::size_t> cell,
               const CellCursor& cursor) {
             const double forward = cell ? data.forward[*cell] * optics.scattering : 0.0;
@@ -189,8 +189,8 @@ void add_forward_light(Data& data, const Sun& sun, const Vec3d& toward) {
         Stream stream = StreamName{.history = static_cast<std::uint64_t>(face)}.stream();
         if (data.world->blocked(back, {}, stream)) continue;
         double whole = 0;
-        data.world->optical_depths(data.interval, {&back, 1}, {&whole, 1});
-        surplus += 0.25 * sun.irradiance[static_cast<std::size_t>(data.interval)] * std::abs(toward[axis]) *
+        data.world.optical_depths({&back, 1}, {&whole, 1});
+        surplus += 0.25 * data.world.value_of(sun.irradiance) * std::abs(toward[axis]) *
                    (std::exp(-data.depth(back)) - std::exp(-whole));
       }
       leaving[static_cast<std::size_t>(face)] += surplus;
@@ -209,7 +209,7 @@ void light_surfaces(Data& data, const Sun& sun) {
     const Ray shadow{side.position, sun.toward, data.world->surfaces().clearance(), kInfinity};
     Stream stream = StreamName{}.stream();
     if (data.world->blocked(shadow, side.id, stream)) return;
-    side.sunlight += cosine * sun.irradiance[static_cast<std::size_t>(data.interval)] * std::exp(-data.depth(shadow));
+    side.sunlight += cosine * data.world.value_of(sun.irradiance) * std::exp(-data.depth(shadow));
   });
 }
 
@@ -230,12 +230,11 @@ void add_light(Data& data, const std::vector<CellLight>& cells, const Vec3d& dir
 }  // namespace
 
 void add_first_collisions(Data& data, std::vector<double>& source) {
-  const World& world = *data.world;
+  const SpectralWorld world = data.world;
   data.uncollided.assign(data.grid.size(), 0.0);
   std::vector<CellLight> cells(data.grid.size());
-  const auto interval = static_cast<std::size_t>(data.interval);
-  for (const Sun& sun : world.suns()) {
-    if (!(sun.irradiance[interval] > 0)) continue;
+  for (const Sun& sun : world->suns()) {
+    if (!(data.world.value_of(sun.irradiance) > 0)) continue;
     const Vec3d toward = transform_direction(data.grid.world_to_grid(), sun.toward);
     tbb::parallel_for(std::size_t{0}, cells.size(),
                       [&](std::size_t cell) { cells[cell] = sunlight(data, cell, sun, toward); });
@@ -243,8 +242,8 @@ void add_first_collisions(Data& data, std::vector<double>& source) {
     light_surfaces(data, sun);
     add_forward_light(data, sun, toward);
   }
-  for (const Beam& beam : world.beams()) {
-    if (!(beam.power[interval] > 0)) continue;
+  for (const Beam& beam : world->beams()) {
+    if (!(data.world.value_of(beam.power) > 0)) continue;
     std::fill(cells.begin(), cells.end(), CellLight{});
     add_beam(data, beam, cells);
     add_light(data, cells, transform_direction(data.grid.world_to_grid(), beam.direction), false, source);

@@ -8,9 +8,9 @@
 
 namespace obscura {
 
-OrdinatesGrid::OrdinatesGrid(const World& world, int interval, Vec3i cells, const std::optional<Box3d>& box, int lines)
-    : world_(&world), interval_(interval) {
-  if (box && world.periodic()) {
+OrdinatesGrid::OrdinatesGrid(SpectralWorld world, Vec3i cells, const std::optional<Box3d>& box, int lines)
+    : world_(world) {
+  if (box && world->periodic()) {
     throw InputError("ordinates", "a box is given for clouds that repeat", "leave the box out: the grid is one period");
   }
   make_frame(box);
@@ -20,20 +20,19 @@ OrdinatesGrid::OrdinatesGrid(const World& world, int interval, Vec3i cells, cons
 }
 
 void OrdinatesGrid::make_frame(const std::optional<Box3d>& box) {
-  const World& world = *world_;
   // Axes: those of the only cloud, else of the map, which are the periodic cell's or the World's.
-  Affine axes = world.map_to_world();
+  Affine axes = world_->map_to_world();
   Box3d bounds;
-  const bool one = world.cloud_count() == 1 && !box && !world.frame(0).local_bounds.isEmpty();
+  const bool one = world_->cloud_count() == 1 && !box && !world_->frame(0).local_bounds.isEmpty();
   if (one) {
-    const Cloud& cloud = world.clouds().front();
+    const Cloud& cloud = world_->clouds().front();
     double scale = 1;
     for (int a = 0; a < 3; ++a) {
       Vec3d side(cloud.local_to_world[a][0], cloud.local_to_world[a][1], cloud.local_to_world[a][2]);
       scale = side.length();
       for (int i = 0; i < 3; ++i) axes[a][i] = side[i] / scale;
     }
-    const CloudFrame& frame = world.frame(0);
+    const CloudFrame& frame = world_->frame(0);
     const Vec3d corner = transform_point(cloud.local_to_world, frame.local_bounds.min);
     for (int i = 0; i < 3; ++i) axes[3][i] = corner[i];
     bounds = Box3d(Vec3d(0), scale * frame.local_bounds.size());
@@ -44,8 +43,8 @@ void OrdinatesGrid::make_frame(const std::optional<Box3d>& box) {
     }
   } else {
     // Where there is no cloud any grid is right.
-    const Box3d nothing(world.origin() - Vec3d(0.5), world.origin() + Vec3d(0.5));
-    const Box3d in_world = box ? *box : world.cloud_bounds().isEmpty() ? nothing : world.cloud_bounds();
+    const Box3d nothing(world_->origin() - Vec3d(0.5), world_->origin() + Vec3d(0.5));
+    const Box3d in_world = box ? *box : world_->cloud_bounds().isEmpty() ? nothing : world_->cloud_bounds();
     if (box) {
       axes.makeIdentity();
       axes.setTranslation(box->min);
@@ -53,7 +52,7 @@ void OrdinatesGrid::make_frame(const std::optional<Box3d>& box) {
     bounds = transform_box(axes.inverse(), in_world);
   }
   for (int a = 0; a < 2; ++a) {
-    const double period = world.map_period()[a];
+    const double period = world_->map_period()[a];
     if (!(period > 0)) continue;
     periodic_[static_cast<std::size_t>(a)] = true;
     bounds.min[a] = 0;
@@ -94,7 +93,7 @@ void OrdinatesGrid::choose_cells(Vec3i cells) {
 void OrdinatesGrid::find_phases() {
   for (int c = 0; c < world_->cloud_count(); ++c) {
     std::vector<int>& of = phase_of_.emplace_back();
-    for (const CloudOptics::Part& part : world_->optics(c, interval_).parts()) {
+    for (const CloudOptics::Part& part : world_.optics(c).parts()) {
       const auto same = [&](const PhaseFunction* other) {
         for (const double cosine : {-1.0, -0.7, -0.2, 0.1, 0.5, 0.83, 0.97, 1.0}) {
           if (other->value(cosine) != part.phase->value(cosine)) return false;
@@ -132,7 +131,7 @@ void OrdinatesGrid::resample(int lines) {
                         (j + (place / lines + 0.5) / lines) * cell_m_.y, 0);
       const Ray ray = transform_ray(grid_to_world_, {start, Vec3d(0, 0, 1), 0, cells_.z * cell_m_.z});
       march(
-          *world_, interval_, *this, ray,
+          world_, *this, ray,
           [&](double begin, double end, const LocalOptics& optics, std::optional<std::size_t> cell, const CellCursor&) {
             if (!cell) return true;
             // Rounding at the border between columns must not reach into the neighbour's.
@@ -146,7 +145,7 @@ void OrdinatesGrid::resample(int lines) {
             for (int c = 0; c < world_->cloud_count(); ++c) {
               const Octree& octree = *world_->clouds()[static_cast<std::size_t>(c)].octree;
               const Vec3d at = world_->index_point(c, point);
-              const auto& parts = world_->optics(c, interval_).parts();
+              const auto& parts = world_.optics(c).parts();
               for (std::size_t p = 0; p < parts.size(); ++p) {
                 const auto phase = static_cast<std::size_t>(phase_of_[static_cast<std::size_t>(c)][p]);
                 phase_scattering_[phase][own] +=

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "photon/world/world.h"
+#include "photon/world/spectral_world.h"
 #include "photon/world/world_walk.h"
 
 namespace obscura {
@@ -19,7 +19,7 @@ class OrdinatesGrid {
   /// @param box   in world metres, for Worlds that do not repeat; absent: the bounds of the clouds
   /// @param lines sub-lines per cell and axis along which coefficients are averaged
   /// @throws InputError for a box without volume, or a box where clouds repeat
-  OrdinatesGrid(const World& world, int interval, Vec3i cells, const std::optional<Box3d>& box, int lines = 4);
+  OrdinatesGrid(SpectralWorld world, Vec3i cells, const std::optional<Box3d>& box, int lines = 4);
 
   const Vec3i& cells() const noexcept { return cells_; }
   std::size_t size() const noexcept { return extinction.size(); }
@@ -57,8 +57,7 @@ class OrdinatesGrid {
   void find_phases();
   void resample(int lines);
 
-  const World* world_;
-  int interval_;
+  SpectralWorld world_;
   Vec3i cells_{1, 1, 1};
   Vec3d cell_m_{1, 1, 1};
   std::array<bool, 3> periodic_{false, false, false};
@@ -100,8 +99,8 @@ class CellCursor {
 /// Walks the World's segments along a ray and cuts them where the grid's cells end.
 /// visit(begin, end, optics, cell or nothing, cursor) -> go on?
 template <class Visit>
-void march(const World& world, int interval, const OrdinatesGrid& grid, const Ray& ray, Visit&& visit) {
-  WorldWalk walk(world, interval, ray);
+void march(SpectralWorld world, const OrdinatesGrid& grid, const Ray& ray, Visit&& visit) {
+  WorldWalk walk(world, ray);
   std::optional<CellCursor> cursor;
   while (walk.next()) {
     double t = walk.begin();

@@ -36,8 +36,8 @@ class View {
         from_(from),
         exact_(exact),
         local_(transform_ray(data.grid.world_to_grid(), ray)),
-        air_(data.world->air_extinction(data.interval)),
-        air_radiance_(data.world->air_radiance(data.interval)),
+        air_(data.world.air_extinction()),
+        air_radiance_(data.world.air_radiance()),
         harmonics_(data.moment_count(), 0.0) {
     spherical_harmonics(-local_.direction, data.degree, harmonics_.data());
     // Both the sun's light and the scattered light travel the other way.
@@ -51,7 +51,7 @@ class View {
     const SurfaceHit hit = data_.world->meet(ray_, from_, stream);
     ray_.t_max = std::min(ray_.t_max, hit.t);
     in.distance = hit.t;
-    march(*data_.world, data_.interval, data_.grid, ray_,
+    march(data_.world, data_.grid, ray_,
           [&](double begin, double end, const LocalOptics& optics, std::optional<std::size_t> cell,
               const CellCursor& cursor) {
             depth += optics.extinction * (end - begin);
@@ -71,12 +71,12 @@ class View {
     in.transmission_air = through_air(ray_.t_max);
     in.direct = radiance_;
     if (hit.exists()) {
-      const SurfacePoint at = data_.world->surface_at(data_.interval, ray_, hit);
+      const SurfacePoint at = data_.world.surface_at(ray_, hit);
       const double end = at.emission(at.cosine) + (passed_ > kOpaque ? reflected(at) : 0.0);
       in.direct += passed_ * (in.transmission_air * end + (1 - in.transmission_air) * air_radiance_);
     } else {
-      const double sky = data_.world->background(data_.interval, ray_.direction, false);
-      const double disc = exact_ ? data_.world->background(data_.interval, ray_.direction) - sky : 0.0;
+      const double sky = data_.world.background(ray_.direction, false);
+      const double disc = exact_ ? data_.world.background(ray_.direction) - sky : 0.0;
       in.direct += passed_ * sky + in.transmission * disc;
     }
     return in;
@@ -190,10 +190,9 @@ class View {
   /// The first scattering, by the exact phase function, of light whose forward share counts as not scattered
   /// (Nakajima & Tanaka, J. Quant. Spectrosc. Radiat. Transf. 40, 1988).
   void add_sunlight(const Piece& piece) {
-    const auto interval = static_cast<std::size_t>(data_.interval);
     for (std::size_t s = 0; s < cosine_.size(); ++s) {
       const Sun& sun = data_.world->suns()[s];
-      if (!(sun.irradiance[interval] > 0)) continue;
+      if (!(data_.world.value_of(sun.irradiance) > 0)) continue;
       const double phase = data_.grid.phase(piece.cell, cosine_[s]);
       const double depth = piece.extinction * (piece.end - piece.begin);
       const int steps = std::clamp(static_cast<int>(std::ceil(depth / kSunStep)), 1, 1 << 16);
@@ -210,8 +209,8 @@ class View {
           const Ray shadow{ray_.at(t), sun.toward, 0, kInfinity};
           Stream stream = StreamName{}.stream();
           if (data_.world->blocked(shadow, {}, stream)) continue;
-          radiance_ += 0.5 * seen * through_air(t) * piece.optics.scattering * phase * sun.irradiance[interval] *
-                       std::exp(-data_.depth(shadow));
+          radiance_ += 0.5 * seen * through_air(t) * piece.optics.scattering * phase *
+                       data_.world.value_of(sun.irradiance) * std::exp(-data_.depth(shadow));
         }
         passed *= std::exp(-tau);
       }
@@ -237,10 +236,10 @@ class View {
       const OrdinatesSide* const side = data_.surfaces.nearest(data_.grid, at.position, at.normal);
       return side ? side->reflected : data_.reflected_far(at);
     }
-    const World& world = *data_.world;
-    const double clearance = world.surfaces().clearance();
+    const SpectralWorld world = data_.world;
+    const double clearance = world->surfaces().clearance();
     double sum = 0;
-    for (const Sun& sun : world.suns()) {
+    for (const Sun& sun : world->suns()) {
       // A few places of the disc: its half shadows are as wide as pixels.
       const int places = sun.diameter > 0 ? 16 : 1;
       const auto [east, north] = orthonormal_basis(sun.toward);
@@ -251,8 +250,8 @@ class View {
         const double cosine = toward.dot(at.normal);
         const Ray shadow{at.position, toward.normalized(), clearance, kInfinity};
         Stream stream = StreamName{}.stream();
-        if (!(cosine > 0) || world.blocked(shadow, at.id, stream)) continue;
-        const double irradiance = sun.irradiance[static_cast<std::size_t>(data_.interval)] / places;
+        if (!(cosine > 0) || world->blocked(shadow, at.id, stream)) continue;
+        const double irradiance = data_.world.value_of(sun.irradiance) / places;
         sum += at.material->diffuse(cosine, at.cosine) * cosine * irradiance * std::exp(-data_.depth(shadow));
       }
     }

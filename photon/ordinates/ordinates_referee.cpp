@@ -33,10 +33,10 @@ Vec3i ordinates_cells(const World& world, int longest) {
   // A prime number of cells tells whether anything varies.
   Vec3i asked(0);
   if (world.periodic()) {
-    const OrdinatesGrid trial(world, 0, Vec3i(13, 13, 0), std::nullopt, 2);
+    const OrdinatesGrid trial({world, 0}, Vec3i(13, 13, 0), std::nullopt, 2);
     for (int axis = 0; axis < 2; ++axis) asked[axis] = trial.periodic(axis) && same_along(trial, axis) ? 1 : 0;
   }
-  Vec3i cells = OrdinatesGrid(world, 0, asked, std::nullopt, 1).cells();
+  Vec3i cells = OrdinatesGrid({world, 0}, asked, std::nullopt, 1).cells();
   const int most = std::max({cells.x, cells.y, cells.z});
   if (longest == 0 && 2 * most > kMostCells) return cells;
   const double factor = longest == 0 ? 2 : static_cast<double>(longest) / most;
@@ -47,16 +47,15 @@ Vec3i ordinates_cells(const World& world, int longest) {
   return cells;
 }
 
-OrdinatesReferee::OrdinatesReferee(const World& world, int interval, const OrdinatesSettings& settings,
-                                   const Progress& progress)
+OrdinatesReferee::OrdinatesReferee(SpectralWorld world, const OrdinatesSettings& settings, const Progress& progress)
     : tolerance_(settings.tolerance) {
-  solutions_.push_back(solve_ordinates(world, interval, settings, progress));
+  solutions_.push_back(solve_ordinates(world, settings, progress));
   OrdinatesSettings coarse = settings;
   for (int axis = 0; axis < 3; ++axis) coarse.cells[axis] = std::max(1, (finest().grid().cells()[axis] + 1) / 2);
   coarse.gather = std::max(1, settings.gather / 2);
-  solutions_.push_back(solve_ordinates(world, interval, coarse, progress));
+  solutions_.push_back(solve_ordinates(world, coarse, progress));
   coarse.order = std::max(2, settings.order / 4 * 2);
-  solutions_.push_back(solve_ordinates(world, interval, coarse, progress));
+  solutions_.push_back(solve_ordinates(world, coarse, progress));
 }
 
 OrdinatesEstimate OrdinatesReferee::combine(double fine, double coarse, double low, double share) const noexcept {

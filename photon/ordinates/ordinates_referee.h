@@ -19,7 +19,7 @@ class OrdinatesReferee {
   /// @param settings of the finest solution. The others have half its cells along each axis, and half its
   /// order there. Fields that the coarse grid cannot hold show in the error.
   /// @throws as solve_ordinates
-  OrdinatesReferee(const World& world, int interval, const OrdinatesSettings& settings, const Progress& progress = {});
+  OrdinatesReferee(SpectralWorld world, const OrdinatesSettings& settings, const Progress& progress = {});
 
   const OrdinatesSolution& finest() const noexcept { return solutions_[0]; }
 

@@ -115,7 +115,7 @@ void OrdinatesSolver::apply(const Vector& x, bool sources, Vector& y) {
   arrays.lumped = data_.lumped.data();
   arrays.source = source_.data();
   arrays.moments = y.data();
-  arrays.sky = sources ? data_.world->sky(data_.interval) : 0.0;
+  arrays.sky = sources ? data_.world.sky() : 0.0;
   for (std::size_t a = 0; a < 3; ++a) {
     if (sources && !outside_[a].empty()) arrays.enter[a] = outside_[a].data();
     if (enter_size_[a] == 0) continue;
@@ -245,8 +245,8 @@ void OrdinatesSolver::finish() {
       const std::vector<double>& faces = data_.leaving[a][side];
       for (const double face : faces) data_.powers.left[a][side] += face * grid.face_area(axis);
       if (outside_[a].empty()) {
-        data_.powers.entered += data_.world->sky(data_.interval) * data_.set.half_flux(axis) * grid.face_area(axis) *
-                                static_cast<double>(faces.size());
+        data_.powers.entered +=
+            data_.world.sky() * data_.set.half_flux(axis) * grid.face_area(axis) * static_cast<double>(faces.size());
       }
     }
   }
@@ -275,7 +275,7 @@ void OrdinatesSolver::solve(const Progress& progress) {
   source_.assign(moments_size_, 0.0);
   x_.assign(size_, 0.0);
   // Start from the sky's radiance everywhere: in a furnace that is the solution.
-  const double sky = data_.world->sky(data_.interval);
+  const double sky = data_.world.sky();
   for (std::size_t n = 0; n < moments_size_; n += data_.moment_count()) x_[n] = std::sqrt(4 * kPi) * sky;
   std::fill(x_.begin() + static_cast<std::ptrdiff_t>(moments_size_), x_.end(), sky);
   iterate(progress);

@@ -9,7 +9,7 @@ namespace obscura::detail {
 void OrdinatesSolver::make_sources() {
   external_.assign(moments_size_, 0.0);
   add_first_collisions(data_, external_);
-  const double air = data_.world->air_extinction(data_.interval) * data_.world->air_radiance(data_.interval);
+  const double air = data_.world.air_extinction() * data_.world.air_radiance();
   const double volume = data_.grid.cell_volume(), isotropic = std::sqrt(4 * kPi);
   for (std::size_t cell = 0; cell < data_.grid.size(); ++cell) {
     const double emission = data_.grid.emission[cell] + air;
@@ -19,11 +19,11 @@ void OrdinatesSolver::make_sources() {
 }
 
 void OrdinatesSolver::look_outside() {
-  const World& world = *data_.world;
+  const SpectralWorld world = data_.world;
   const OrdinatesGrid& grid = data_.grid;
   const Vec3d extent = grid.extent_m();
   bool beyond = false;
-  for (const Object& object : world.objects()) {
+  for (const Object& object : world->objects()) {
     const Box3d box = transform_box(grid.world_to_grid(), bounds_of(object));
     for (int a = 0; a < 3; ++a)
       beyond = beyond || box.min[a] < -1e-6 * extent[a] || box.max[a] > (1 + 1e-6) * extent[a];
@@ -34,7 +34,7 @@ void OrdinatesSolver::look_outside() {
   for (int axis = 0; axis < 3; ++axis) {
     const int first = axis == 0 ? 1 : 0, second = axis == 2 ? 1 : 2;
     Vector& enter = outside_[static_cast<std::size_t>(axis)];
-    enter.assign(boundary_size(data_.angles, n, axis), world.sky(data_.interval));
+    enter.assign(boundary_size(data_.angles, n, axis), world.sky());
     const int rows = n[first] * n[second];
     tbb::parallel_for(0, 8 * rows, [&](int task) {
       const int octant = task / rows, u = task % rows % n[first], v = task % rows / n[first];
@@ -46,9 +46,9 @@ void OrdinatesSolver::look_outside() {
       for (int o = 0; o < data_.set.per_octant(); ++o) {
         const Ray ray{from, -transform_direction(grid.grid_to_world(), data_.set.direction(octant, o)), 0, kInfinity};
         Stream stream = StreamName{}.stream();
-        const SurfaceHit hit = world.meet(ray, {}, stream);
+        const SurfaceHit hit = world->meet(ray, {}, stream);
         if (!hit.exists()) continue;
-        const SurfacePoint at = world.surface_at(data_.interval, ray, hit);
+        const SurfacePoint at = world.surface_at(ray, hit);
         const double radiance = at.emission(at.cosine) + data_.reflected_far(at);
         for (std::size_t c = 0; c < 4; ++c)
           enter[(static_cast<std::size_t>(task) * 4 + c) * count + static_cast<std::size_t>(o)] = radiance;

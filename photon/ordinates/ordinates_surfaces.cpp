@@ -17,8 +17,8 @@ std::size_t face_index(const Vec3i& face, Vec3i size, int axis) noexcept {
 
 }  // namespace
 
-OrdinatesSurfaces::OrdinatesSurfaces(const World& world, int interval, const OrdinatesGrid& grid) {
-  if (world.surfaces().empty()) return;
+OrdinatesSurfaces::OrdinatesSurfaces(SpectralWorld world, const OrdinatesGrid& grid) {
+  if (world->surfaces().empty()) return;
   touched.assign(grid.size(), false);
   const Vec3i n = grid.cells();
   const Vec3d h = grid.cell_m();
@@ -43,7 +43,7 @@ OrdinatesSurfaces::OrdinatesSurfaces(const World& world, int interval, const Ord
           for (const bool looks_up : {false, true}) {
             const Ray ray{looks_up ? high : low, looks_up ? -up : up, 0, h[axis]};
             Stream stream = StreamName{}.stream();
-            const SurfaceHit hit = world.meet(ray, {}, stream);
+            const SurfaceHit hit = world->meet(ray, {}, stream);
             OrdinatesSide& side = pair[looks_up ? 1 : 0];
             side.axis = axis;
             side.cell = face;
@@ -51,7 +51,7 @@ OrdinatesSurfaces::OrdinatesSurfaces(const World& world, int interval, const Ord
             side.inside = side.cell[axis] >= 0 && side.cell[axis] < n[axis];
             if (!hit.exists()) continue;
             ++met;
-            const SurfacePoint at = world.surface_at(interval, ray, hit);
+            const SurfacePoint at = world.surface_at(ray, hit);
             side.id = at.id;
             side.position = at.position;
             side.normal = at.normal;

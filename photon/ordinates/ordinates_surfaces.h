@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "photon/ordinates/ordinates_grid.h"
-#include "photon/world/world.h"
+#include "photon/world/spectral_world.h"
 
 namespace obscura {
 
@@ -26,7 +26,7 @@ struct OrdinatesSide {
 
 struct OrdinatesSurfaces {
   /// @throws NumericalError for mirrors, permeable surfaces, and surfaces in a World that repeats
-  OrdinatesSurfaces(const World& world, int interval, const OrdinatesGrid& grid);
+  OrdinatesSurfaces(SpectralWorld world, const OrdinatesGrid& grid);
 
   bool empty() const noexcept { return sides.empty(); }
   /// The opaque face that stands for a place on a surface; null: none is near.

@@ -13,30 +13,29 @@ constexpr double kSureDepth = 2;
 
 }  // namespace
 
-DirectLight::DirectLight(const World& world, int interval, const RadianceParts& parts, WorkCounts& work, bool roulette)
+DirectLight::DirectLight(SpectralWorld world, const RadianceParts& parts, WorkCounts& work, bool roulette)
     : world_(world),
-      interval_(interval),
       work_(work),
-      air_(world.air_extinction(interval)),
-      attenuates_(world.attenuates(interval)),
-      masked_(!world.surfaces().empty()),
+      air_(world.air_extinction()),
+      attenuates_(world.attenuates()),
+      masked_(!world->surfaces().empty()),
       roulette_(roulette) {
   suns_ = false;
-  for (const Sun& sun : world.suns()) {
-    suns_ = suns_ || (parts.sun && sun.irradiance[static_cast<std::size_t>(interval)] > 0);
+  for (const Sun& sun : world->suns()) {
+    suns_ = suns_ || (parts.sun && world.value_of(sun.irradiance) > 0);
   }
-  sky_ = parts.sky && world.sky(interval) > 0;
+  sky_ = parts.sky && world.sky() > 0;
   ambient_ = sky_ || (parts.emission && air_ > 0);
-  faces_ = parts.surfaces && !world.face_lights(interval).empty();
-  spheres_ = parts.spheres ? world.source_count() : 0;
-  if (parts.spheres) all_spheres_ = SphereLights(world, interval);
-  beams_ = parts.map ? world.beams().size() : 0;
+  faces_ = parts.surfaces && !world.face_lights().empty();
+  spheres_ = parts.spheres ? world->source_count() : 0;
+  if (parts.spheres) all_spheres_ = SphereLights(world);
+  beams_ = parts.map ? world->beams().size() : 0;
 }
 
-SphereLights::SphereLights(const World& world, int interval) {
+SphereLights::SphereLights(SpectralWorld world) {
   double sum = 0;
-  for (const HotSphere& sphere : world.spheres()) {
-    sum += sphere.radius * sphere.radius * sphere.radiance[static_cast<std::size_t>(interval)];
+  for (const HotSphere& sphere : world->spheres()) {
+    sum += sphere.radius * sphere.radius * world.value_of(sphere.radiance);
     sums_.push_back(sum);
   }
   if (!(sum > 0)) sums_.clear();
@@ -45,10 +44,10 @@ SphereLights::SphereLights(const World& world, int interval) {
 double DirectLight::discs_found(const Vec3d& toward, double density) const noexcept {
   if (!suns_) return 0;
   double radiance = 0;
-  for (const Sun& sun : world_.suns()) {
+  for (const Sun& sun : world_->suns()) {
     if (!sun.covers(toward)) continue;
     const double other = solid_angle(sun) * density;
-    radiance += sun.radiance(interval_) * (other < kInfinity ? other / (1 + other) : 1.0);
+    radiance += sun.radiance(world_.interval()) * (other < kInfinity ? other / (1 + other) : 1.0);
   }
   return radiance;
 }
@@ -56,14 +55,14 @@ double DirectLight::discs_found(const Vec3d& toward, double density) const noexc
 double DirectLight::face_found(const SurfacePoint& there, double t, double density) const noexcept {
   const double radiance = faces_ ? there.emission(there.cosine) : 0.0;
   if (!(radiance > 0) || density == kInfinity) return radiance;
-  const double other = world_.face_lights(interval_).density(world_, there.id) * t * t / there.cosine;
+  const double other = world_.face_lights().density(world_, there.id) * t * t / there.cosine;
   return radiance * density / (density + other);
 }
 
 double DirectLight::sphere_found(const Vec3d& from, const SurfacePoint& there, double density) const noexcept {
   if (all_spheres_.empty() || density == kInfinity) return all_spheres_.empty() ? 0.0 : there.black;
-  const std::size_t s = there.id.surface - world_.objects().size();
-  const HotSphere& sphere = world_.spheres()[s];
+  const std::size_t s = there.id.surface - world_->objects().size();
+  const HotSphere& sphere = world_->spheres()[s];
   const double sine = std::min(1.0, sphere.radius / (sphere.center - from).length());
   const double solid_angle = 2 * kPi * sine * sine / (1 + std::sqrt(1 - sine * sine));
   return there.black * density / (density + all_spheres_.chance(s) / solid_angle);
@@ -81,12 +80,12 @@ void DirectLight::shoot_drawn(std::uint32_t owner, double weight, double density
                               double target_depth, Stream& stream) {
   const double air_weight = air_ > 0 ? weight : 0.0;
   if (!hit.exists()) {
-    shoot(owner, sky_ ? weight * world_.sky(interval_) : 0.0, ray, stream, air_weight, target_depth);
+    shoot(owner, sky_ ? weight * world_.sky() : 0.0, ray, stream, air_weight, target_depth);
     return;
   }
   double radiance = 0;
-  if (hit.id.surface < world_.objects().size()) {
-    radiance = face_found(world_.surface_at(interval_, ray, hit), hit.t, density);
+  if (hit.id.surface < world_->objects().size()) {
+    radiance = face_found(world_.surface_at(ray, hit), hit.t, density);
   }
   radiance *= air(hit.t);
   shoot(owner, weight * radiance, ray, stream, air_weight, target_depth);
@@ -101,14 +100,14 @@ void DirectLight::attenuate() {
     std::vector<Flight> flights(rays_.size());
     for (std::size_t s = 0; s < rays_.size(); ++s) flights[s] = {rays_[s], shadows_[s].last_depth};
     std::vector<FreePath> ends(flights.size());
-    world_.reach_depths(interval_, flights, ends);
+    world_.reach_depths(flights, ends);
     for (std::size_t s = 0; s < rays_.size(); ++s) {
       if (ends[s].collided) continue;
       arrived_.emplace_back(shadows_[s].owner, shadows_[s].radiance * std::exp(-std::min(ends[s].depth, kSureDepth)));
     }
   } else {
     std::vector<double> depths(rays_.size());
-    world_.optical_depths(interval_, rays_, depths);
+    world_.optical_depths(rays_, depths);
     for (std::size_t s = 0; s < rays_.size(); ++s) {
       arrived_.emplace_back(shadows_[s].owner, shadows_[s].radiance * std::exp(-depths[s]));
     }
@@ -128,12 +127,12 @@ void DirectLight::add_air() {
   }
   work_[Work::atmosphere] += flights.size();
   std::vector<FreePath> ends(flights.size());
-  if (attenuates_) world_.reach_depths(interval_, flights, ends);
+  if (attenuates_) world_.reach_depths(flights, ends);
   for (std::size_t i = 0; i < flights.size(); ++i) {
     const double end = ends[i].collided ? ends[i].t : flights[i].ray.t_max;
     if (end == kInfinity) continue;
     arrived_.emplace_back(shadows[i]->owner,
-                          shadows[i]->air_weight * world_.air_radiance(interval_) * one_minus_exp(air_ * end));
+                          shadows[i]->air_weight * world_.air_radiance() * one_minus_exp(air_ * end));
   }
 }
 
@@ -142,9 +141,9 @@ namespace {
 /// The segments of one cloud that does not repeat: nothing has to be merged.
 class PlainWalk {
  public:
-  PlainWalk(const World& world, int interval, const Ray& ray) noexcept
-      : optics_(world.optics(0, interval)),
-        walk_(*world.clouds()[0].octree, transform_ray(world.frame(0).world_to_index, ray)) {}
+  PlainWalk(SpectralWorld world, const Ray& ray) noexcept
+      : optics_(world.optics(0)),
+        walk_(*world->clouds()[0].octree, transform_ray(world->frame(0).world_to_index, ray)) {}
   bool next() noexcept {
     while (walk_.next()) {
       if (!walk_.empty()) return true;
@@ -190,20 +189,20 @@ template <bool kAir, bool kCoarse, class Segments>
 
 }  // namespace
 
-double light_along(const World& world, int interval, const Ray& ray, CoarseCells* coarse, double* depth) noexcept {
-  const double extinction = world.air_extinction(interval);
-  const double black = world.air_radiance(interval);
+double light_along(SpectralWorld world, const Ray& ray, CoarseCells* coarse, double* depth) noexcept {
+  const double extinction = world.air_extinction();
+  const double black = world.air_radiance();
   const bool air = extinction > 0;
   double total = 0, radiance = 0;
   if (coarse) {
-    radiance = air ? sum_along<true, true>(WorldWalk(world, interval, ray, coarse), extinction, black, coarse, total)
-                   : sum_along<false, true>(WorldWalk(world, interval, ray, coarse), 0, 0, coarse, total);
-  } else if (world.cloud_count() == 1 && !world.periodic()) {
-    radiance = air ? sum_along<true, false>(PlainWalk(world, interval, ray), extinction, black, nullptr, total)
-                   : sum_along<false, false>(PlainWalk(world, interval, ray), 0, 0, nullptr, total);
+    radiance = air ? sum_along<true, true>(WorldWalk(world, ray, coarse), extinction, black, coarse, total)
+                   : sum_along<false, true>(WorldWalk(world, ray, coarse), 0, 0, coarse, total);
+  } else if (world->cloud_count() == 1 && !world->periodic()) {
+    radiance = air ? sum_along<true, false>(PlainWalk(world, ray), extinction, black, nullptr, total)
+                   : sum_along<false, false>(PlainWalk(world, ray), 0, 0, nullptr, total);
   } else {
-    radiance = air ? sum_along<true, false>(WorldWalk(world, interval, ray), extinction, black, nullptr, total)
-                   : sum_along<false, false>(WorldWalk(world, interval, ray), 0, 0, nullptr, total);
+    radiance = air ? sum_along<true, false>(WorldWalk(world, ray), extinction, black, nullptr, total)
+                   : sum_along<false, false>(WorldWalk(world, ray), 0, 0, nullptr, total);
   }
   if (depth) *depth = total;
   return radiance;

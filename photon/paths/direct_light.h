@@ -10,7 +10,7 @@
 #include "photon/paths/radiance.h"
 #include "photon/world/footprint.h"
 #include "photon/world/scatter.h"
-#include "photon/world/world.h"
+#include "photon/world/spectral_world.h"
 
 namespace obscura::detail {
 
@@ -21,10 +21,8 @@ inline double drawn_share(double value, double density) noexcept { return densit
 /// A point in a cloud, seen along a ray. Directions `toward` are where light comes from.
 class CloudScatterer {
  public:
-  CloudScatterer(const World& world, int interval, const Ray& ray, double t) noexcept
-      : position_(ray.at(t)),
-        along_(ray.direction),
-        scattering_(LocalScattering::at_collision(world, interval, position_)) {}
+  CloudScatterer(SpectralWorld world, const Ray& ray, double t) noexcept
+      : position_(ray.at(t)), along_(ray.direction), scattering_(LocalScattering::at_collision(world, position_)) {}
 
   const Vec3d& position() const noexcept { return position_; }
   FaceId from() const noexcept { return {}; }
@@ -123,7 +121,7 @@ class DiscPlaces {
 class SphereLights {
  public:
   SphereLights() = default;
-  SphereLights(const World& world, int interval);
+  SphereLights(SpectralWorld world);
 
   bool empty() const noexcept { return sums_.empty(); }
   /// visit(sphere, chance) for those that are asked.
@@ -169,7 +167,7 @@ class DirectLight {
   /// @param work      what is done adds to it
   /// @param roulette  deep shadow rays end by chance, so that each costs a few free paths at most: for paths, whose own
   ///                  noise is larger than what this adds
-  DirectLight(const World& world, int interval, const RadianceParts& parts, WorkCounts& work, bool roulette = false);
+  DirectLight(SpectralWorld world, const RadianceParts& parts, WorkCounts& work, bool roulette = false);
 
   bool empty(Beyond beyond = Beyond::map) const noexcept {
     return !suns_ && !faces_ &&
@@ -189,17 +187,17 @@ class DirectLight {
     } else {
       all_spheres_.for_some(stream,
                             [&](std::size_t s, double chance) { add_sphere(owner, weight, at, stream, s, chance); });
-      for (std::size_t b = 0; b < beams_; ++b) add_beam(owner, weight, at, stream, world_.beams()[b]);
+      for (std::size_t b = 0; b < beams_; ++b) add_beam(owner, weight, at, stream, world_->beams()[b]);
     }
   }
 
   /// Sun and moon alone.
   template <class Scatterer, class Discs>
   void add_suns(std::uint32_t owner, double weight, const Scatterer& at, Stream& stream, Discs& discs, Beyond beyond) {
-    for (const Sun& sun : world_.suns()) {
+    for (const Sun& sun : world_->suns()) {
       const Vec3d toward = discs.toward(sun);
       const double value = at.value(toward);
-      double radiance = value * sun.irradiance[static_cast<std::size_t>(interval_)];
+      double radiance = value * world_.value_of(sun.irradiance);
       if (beyond == Beyond::path && value > 0) radiance *= 1 / (1 + at.density(toward, value) * solid_angle(sun));
       const Ray ray{at.position(), toward, start(at), kInfinity};
       ++work_[Work::sun];
@@ -245,7 +243,7 @@ class DirectLight {
   template <class Scatterer>
   void add_faces(std::uint32_t owner, double weight, const Scatterer& at, Stream& stream) {
     const double u = stream.uniform(), v = stream.uniform(), w = stream.uniform();
-    const FaceLights& lights = world_.face_lights(interval_);
+    const FaceLights& lights = world_.face_lights();
     const FaceLights::Place place = lights.sample(world_, u, v, w);
     ++work_[Work::faces];
     const Vec3d way = place.position - at.position();
@@ -256,7 +254,7 @@ class DirectLight {
     if (!(value > 0)) return;
     const double density = lights.density(world_, place.id) * distance * distance / cosine;
     const double emission = lights.emission(world_, place, cosine);
-    const Ray ray{at.position(), toward, start(at), distance * (1 - 1e-10) - world_.surfaces().clearance()};
+    const Ray ray{at.position(), toward, start(at), distance * (1 - 1e-10) - world_->surfaces().clearance()};
     if (ray.t_max > ray.t_min && !blocked(ray, at.from(), stream)) {
       shoot(owner, weight * value * emission / (density + at.density(toward, value)) * air(distance), ray, stream);
     }
@@ -266,7 +264,7 @@ class DirectLight {
   template <class Scatterer>
   void add_sphere(std::uint32_t owner, double weight, const Scatterer& at, Stream& stream, std::size_t s,
                   double chance = 0) {
-    const HotSphere& sphere = world_.spheres()[s];
+    const HotSphere& sphere = world_->spheres()[s];
     const Vec3d to_center = sphere.center - at.position();
     const double distance = to_center.length();
     const double u = stream.uniform(), v = stream.uniform();
@@ -274,11 +272,11 @@ class DirectLight {
     ++work_[Work::spheres];
     const auto [toward, solid_angle] = cone_direction(to_center / distance, sphere.radius / distance, u, v);
     const double value = at.value(toward);
-    const double radiance = value * sphere.radiance[static_cast<std::size_t>(interval_)];
+    const double radiance = value * world_.value_of(sphere.radiance);
     Ray ray{at.position(), toward, start(at), kInfinity};
     const SurfaceHit hit = meet(ray, at.from(), stream);
     // At the very limb rounding may miss it: the ray then ends where the limb is.
-    if (hit.exists() && hit.id.surface != world_.objects().size() + s && hit.t < distance) return;
+    if (hit.exists() && hit.id.surface != world_->objects().size() + s && hit.t < distance) return;
     ray.t_max = std::min(hit.t, distance);
     const double share = chance > 0 ? 1 / (chance / solid_angle + at.density(toward, value)) : solid_angle;
     if (radiance > 0) shoot(owner, weight * radiance * share * air(ray.t_max), ray, stream);
@@ -290,8 +288,7 @@ class DirectLight {
     const Vec3d offset = at.position() - beam.position;
     const double along = offset.dot(beam.direction);
     if (along < 0 || (offset - along * beam.direction).length() > beam.radius) return;
-    const double radiance =
-        at.value(-beam.direction) * beam.power[static_cast<std::size_t>(interval_)] / (kPi * beam.radius * beam.radius);
+    const double radiance = at.value(-beam.direction) * world_.value_of(beam.power) / (kPi * beam.radius * beam.radius);
     const Ray ray{at.position(), -beam.direction, start(at), along};
     ++work_[Work::beams];
     if (radiance > 0 && !blocked(ray, at.from(), stream)) shoot(owner, weight * radiance * air(along), ray, stream);
@@ -299,7 +296,7 @@ class DirectLight {
 
   template <class Scatterer>
   double start(const Scatterer& at) const noexcept {
-    return at.from().exists() ? world_.surfaces().clearance() : 0.0;
+    return at.from().exists() ? world_->surfaces().clearance() : 0.0;
   }
   static double solid_angle(const Sun& sun) noexcept {
     const double sine = std::sin(0.25 * sun.diameter);
@@ -309,12 +306,12 @@ class DirectLight {
   SurfaceHit meet(const Ray& ray, FaceId from, Stream& stream) noexcept {
     if (!masked_) return {};
     ++work_[Work::masking];
-    return world_.meet(ray, from, stream);
+    return world_->meet(ray, from, stream);
   }
   bool blocked(const Ray& ray, FaceId from, Stream& stream) noexcept {
     if (!masked_) return false;
     ++work_[Work::masking];
-    return world_.blocked(ray, from, stream);
+    return world_->blocked(ray, from, stream);
   }
   double air(double distance) const noexcept { return transmission_over(air_, distance); }
   void shoot(std::uint32_t owner, double radiance, const Ray& ray, Stream& stream, double air_weight = 0,
@@ -324,8 +321,7 @@ class DirectLight {
   void attenuate();
   void add_air();
 
-  const World& world_;
-  int interval_;
+  SpectralWorld world_;
   WorkCounts& work_;
   double air_;
   bool attenuates_;
@@ -348,7 +344,7 @@ class DirectLight {
 /// @param coarse if not null, decides which cells are taken whole, and knows the clouds' optical depth afterwards
 /// @param depth  if not null, receives the clouds' optical depth; the walk ends where transmission underflows, and
 ///               depth behind that is not counted
-double light_along(const World& world, int interval, const Ray& ray, CoarseCells* coarse = nullptr,
+double light_along(SpectralWorld world, const Ray& ray, CoarseCells* coarse = nullptr,
                    double* depth = nullptr) noexcept;
 
 }  // namespace obscura::detail

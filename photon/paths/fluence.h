@@ -12,7 +12,7 @@ struct Fluence : BatchMean {
 
 /// Integral of radiance over the sphere, W/m2, and its standard error, at one spectral interval.
 /// @param directions stratified over the sphere; @param history names the random numbers
-Fluence fluence(const World& world, int interval, const PhotonMaps* maps, const RadianceSettings& settings,
-                const Vec3d& point, int directions, std::uint64_t history);
+Fluence fluence(SpectralWorld world, const PhotonMaps* maps, const RadianceSettings& settings, const Vec3d& point,
+                int directions, std::uint64_t history);
 
 }  // namespace obscura

@@ -12,20 +12,19 @@ constexpr double kFaint = 0.1;
 
 }  // namespace
 
-Gather::Gather(const World& world, int interval, const PhotonMaps* maps, const RadianceSettings& settings,
-               DirectLight& direct, RadianceCounts& counts)
+Gather::Gather(SpectralWorld world, const PhotonMaps* maps, const RadianceSettings& settings, DirectLight& direct,
+               RadianceCounts& counts)
     : world_(world),
-      interval_(interval),
       maps_(maps),
       settings_(settings),
       direct_(direct),
       counts_(counts),
-      air_(world.air_extinction(interval)),
-      attenuates_(world.attenuates(interval)),
-      sky_(settings.parts.sky ? world.sky(interval) : 0.0),
-      emits_(settings.parts.emission && (world.emits(interval) || air_ > 0)),
-      only_(world.only_medium(interval)),
-      source_(air_ > 0 ? std::nullopt : world.uniform_source(interval)) {}
+      air_(world.air_extinction()),
+      attenuates_(world.attenuates()),
+      sky_(settings.parts.sky ? world.sky() : 0.0),
+      emits_(settings.parts.emission && (world.emits() || air_ > 0)),
+      only_(world.only_medium()),
+      source_(air_ > 0 ? std::nullopt : world.uniform_source()) {}
 
 void Gather::finish(std::span<Incoming> incoming) {
   incoming_ = incoming;
@@ -61,23 +60,23 @@ bool Gather::survives(Leg& leg) const noexcept {
 }
 
 void Gather::fly() {
-  const bool masked = !world_.surfaces().empty();
+  const bool masked = !world_->surfaces().empty();
   std::vector<Flight> flights;
   std::vector<SurfaceHit> hits;
   flights.reserve(legs_.size());
   hits.reserve(legs_.size());
   for (Leg& leg : legs_) {
-    hits.push_back(masked ? world_.meet(leg.ray, leg.from, leg.stream) : SurfaceHit());
+    hits.push_back(masked ? world_->meet(leg.ray, leg.from, leg.stream) : SurfaceHit());
     leg.ray.t_max = hits.back().t;
     flights.push_back({leg.ray, -std::log(leg.stream.uniform())});
   }
   std::vector<FreePath> ends(legs_.size());
-  if (attenuates_) world_.reach_depths(interval_, flights, ends);
+  if (attenuates_) world_.reach_depths(flights, ends);
   counts_.work[Work::gather] += legs_.size();
   if (attenuates_) counts_.work[Work::extinction] += legs_.size();
   if (masked) counts_.work[Work::masking] += legs_.size();
   if (air_ > 0) counts_.work[Work::atmosphere] += legs_.size();
-  if (emits_ && world_.emits(interval_)) counts_.work[Work::emission] += legs_.size();
+  if (emits_ && world_.emits()) counts_.work[Work::emission] += legs_.size();
 
   next_.clear();
   for (std::size_t i = 0; i < legs_.size(); ++i) end_flight(legs_[i], flights[i], ends[i], hits[i]);
@@ -91,7 +90,7 @@ void Gather::end_flight(Leg& leg, const Flight& flight, FreePath& end, const Sur
   if (only_) {
     albedo = only_->scattering / only_->extinction;
   } else if (end.collided) {
-    const LocalOptics local = world_.at_collision(interval_, flight, end);
+    const LocalOptics local = world_.at_collision(flight, end);
     albedo = local.scattering / local.extinction;
   }
   if (emits_) direct += leg.weight * emission_along(leg, end);
@@ -100,7 +99,7 @@ void Gather::end_flight(Leg& leg, const Flight& flight, FreePath& end, const Sur
     const double weight = leg.weight * albedo * air(end.t);
     if (!(weight > 0) || (settings_.scattering_depth && leg.scatterings >= *settings_.scattering_depth)) return;
     ++leg.scatterings;
-    scatter(leg, weight, CloudScatterer(world_, interval_, leg.ray, end.t));
+    scatter(leg, weight, CloudScatterer(world_, leg.ray, end.t));
     return;
   }
   if (!hit.exists()) {
@@ -111,9 +110,9 @@ void Gather::end_flight(Leg& leg, const Flight& flight, FreePath& end, const Sur
     return;
   }
   ++counts_.work[Work::surfaces];
-  const SurfacePoint at = world_.surface_at(interval_, leg.ray, hit);
+  const SurfacePoint at = world_.surface_at(leg.ray, hit);
   const double seen = leg.weight * air(hit.t);
-  if (hit.id.surface >= world_.objects().size()) {
+  if (hit.id.surface >= world_->objects().size()) {
     direct += seen * direct_.sphere_found(leg.ray.origin, at, leg.density);
     return;
   }
@@ -128,10 +127,9 @@ double Gather::emission_along(const Leg& leg, const FreePath& end) const noexcep
   Ray flown = leg.ray;
   if (end.collided) flown.t_max = end.t;
   double radiance = 0;
-  if (air_ > 0 && flown.t_max < kInfinity)
-    radiance = world_.air_radiance(interval_) * one_minus_exp(air_ * flown.t_max);
-  if (!world_.emits(interval_)) return radiance;
-  WorldWalk walk(world_, interval_, flown);
+  if (air_ > 0 && flown.t_max < kInfinity) radiance = world_.air_radiance() * one_minus_exp(air_ * flown.t_max);
+  if (!world_.emits()) return radiance;
+  WorldWalk walk(world_, flown);
   while (walk.next()) {
     radiance += walk.optics().emission * air(walk.begin()) * effective_length(air_, walk.end() - walk.begin());
   }
@@ -145,7 +143,7 @@ void Gather::scatter(Leg& leg, double weight, const Scatterer& at) {
     if (!direct_.empty()) direct_.add(leg.path, weight, at, leg.stream, RandomDiscPlaces{leg.stream});
     if (!maps_ || !settings_.parts.map) return;
     const Vec3d key(leg.stream.uniform(), leg.stream.uniform(), leg.points);
-    const Estimate estimate = map_light(world_, interval_, *maps_, at, settings_.gather, key);
+    const Estimate estimate = map_light(world_, *maps_, at, settings_.gather, key);
     ++counts_.work[Work::map];
     counts_.anomalies += estimate.anomaly;
     Path& path = paths_[leg.path];
@@ -177,7 +175,7 @@ void Gather::reflect(Leg& leg, double weight, const SurfacePoint& at) {
     RandomDiscPlaces discs{leg.stream};
     direct_.add_suns(leg.path, leg.weight, RoughMirror{at, leg.ray.direction}, leg.stream, discs, Beyond::map);
   }
-  leg.ray = {at.position, toward, world_.surfaces().clearance(), kInfinity};
+  leg.ray = {at.position, toward, world_->surfaces().clearance(), kInfinity};
   leg.from = at.id;
   leg.density = kInfinity;
   leg.discs = exact;

@@ -17,8 +17,8 @@ class Gather {
  public:
   /// @param direct  holds the shadow rays of all points; it owns sums by path
   /// @param counts  what is done adds to them
-  Gather(const World& world, int interval, const PhotonMaps* maps, const RadianceSettings& settings,
-         DirectLight& direct, RadianceCounts& counts);
+  Gather(SpectralWorld world, const PhotonMaps* maps, const RadianceSettings& settings, DirectLight& direct,
+         RadianceCounts& counts);
 
   /// A path for light that scatters into a camera ray: all that it brings adds to that ray.
   std::uint32_t add_path(std::uint32_t owner) {
@@ -59,8 +59,7 @@ class Gather {
   };
 
   bool continues(int scatterings) const noexcept {
-    return !settings_.scattering_depth || scatterings < *settings_.scattering_depth ||
-           world_.surfaces_reflect(interval_);
+    return !settings_.scattering_depth || scatterings < *settings_.scattering_depth || world_.surfaces_reflect();
   }
 
   /// Aims a leg from a point in a direction that the point draws. False where that ends it.
@@ -73,7 +72,7 @@ class Gather {
     if (!(leg.weight > 0)) return false;
     leg.from = at.from();
     leg.discs = true;
-    leg.ray = {at.position(), toward, at.from().exists() ? world_.surfaces().clearance() : 0.0, kInfinity};
+    leg.ray = {at.position(), toward, at.from().exists() ? world_->surfaces().clearance() : 0.0, kInfinity};
     return survives(leg);
   }
 
@@ -86,8 +85,7 @@ class Gather {
   double emission_along(const Leg& leg, const FreePath& end) const noexcept;
   double air(double distance) const noexcept { return transmission_over(air_, distance); }
 
-  const World& world_;
-  int interval_;
+  SpectralWorld world_;
   const PhotonMaps* maps_;
   const RadianceSettings& settings_;
   DirectLight& direct_;

@@ -26,23 +26,22 @@ struct MapSurroundings {
   }
 };
 
-inline Estimate map_light(const World& world, int interval, const PhotonMaps& maps, const CloudScatterer& at,
+inline Estimate map_light(SpectralWorld world, const PhotonMaps& maps, const CloudScatterer& at,
                           const GatherSettings& settings, const Vec3d& key) noexcept {
   if (maps.volume.size() == 0) return {};
-  const Vec3d outward = transform_direction(world.world_to_map(), -at.along());
+  const Vec3d outward = transform_direction(world->world_to_map(), -at.along());
   return estimate(
-      maps.volume, transform_point(world.world_to_map(), at.position()),
-      [&](const Vec3d& y) noexcept { return world.extinction_in_map(interval, y); },
+      maps.volume, transform_point(world->world_to_map(), at.position()),
+      [&](const Vec3d& y) noexcept { return world.extinction_in_map(y); },
       [&](const Vec3d& travel) noexcept { return at.scattering().phase_in_map(travel.dot(outward)); }, settings,
-      MapSurroundings{world, key});
+      MapSurroundings{*world, key});
 }
 
-inline Estimate map_light(const World& world, int interval, const PhotonMaps& maps, const SurfaceScatterer& at,
+inline Estimate map_light(SpectralWorld world, const PhotonMaps& maps, const SurfaceScatterer& at,
                           const GatherSettings& settings, const Vec3d& key) noexcept {
   if (maps.surface.size() == 0) return {};
   return surface_estimate(
-      world, interval, maps.surface, at.point(), [&](const Vec3d& travel) noexcept { return at.brdf(-travel); },
-      settings, key);
+      world, maps.surface, at.point(), [&](const Vec3d& travel) noexcept { return at.brdf(-travel); }, settings, key);
 }
 
 }  // namespace obscura::detail

@@ -6,7 +6,7 @@
 
 namespace obscura {
 
-RadianceCounts path_radiance(const World& world, int interval, const PathSettings& settings, std::span<const Ray> rays,
+RadianceCounts path_radiance(SpectralWorld world, const PathSettings& settings, std::span<const Ray> rays,
                              std::span<const std::uint64_t> histories, std::span<Incoming> incoming) {
   RadianceSettings all;
   all.points = settings.paths;
@@ -15,11 +15,11 @@ RadianceCounts path_radiance(const World& world, int interval, const PathSetting
   all.scattering_depth = settings.scattering_depth;
   all.seed = settings.seed;
   all.parts = settings.parts;
-  return incoming_radiance(world, interval, nullptr, all, rays, histories, incoming);
+  return incoming_radiance(world, nullptr, all, rays, histories, incoming);
 }
 
-PathFlux path_flux(const World& world, int interval, const PathSettings& settings, const FluxRectangle& rectangle,
-                   int rays, std::uint64_t history) {
+PathFlux path_flux(SpectralWorld world, const PathSettings& settings, const FluxRectangle& rectangle, int rays,
+                   std::uint64_t history) {
   const int rows = std::max(1, static_cast<int>(std::sqrt(rays)));
   const double area = rectangle.side_u.length() * rectangle.side_v.length();
   const Vec3d normal = rectangle.side_u.cross(rectangle.side_v).normalized();
@@ -27,7 +27,7 @@ PathFlux path_flux(const World& world, int interval, const PathSettings& setting
   PathSettings without_disc = settings;
   without_disc.parts.sun_disc = false;
   const auto side = [&](const Vec3d& facing, std::uint64_t name) {
-    Stream stream = StreamName{settings.seed, name, Purpose::probe, interval}.stream();
+    Stream stream = StreamName{settings.seed, name, Purpose::probe, world.interval()}.stream();
     std::vector<Ray> places;
     std::vector<std::uint64_t> histories;
     for (int row = 0; row < rows; ++row) {
@@ -40,19 +40,19 @@ PathFlux path_flux(const World& world, int interval, const PathSettings& setting
       }
     }
     std::vector<Incoming> incoming(places.size());
-    path_radiance(world, interval, without_disc, places, histories, incoming);
+    path_radiance(world, without_disc, places, histories, incoming);
     Moments power;
     for (std::size_t i = 0; i < places.size(); ++i) {
       double irradiance = kPi * incoming[i].total();
-      for (const Sun& sun : world.suns()) {
+      for (const Sun& sun : world->suns()) {
         const double cosine = sun.toward.dot(facing);
         const double u = stream.uniform(), v = stream.uniform();
         const Ray shadow{places[i].origin, cone_direction(sun.toward, std::sin(0.5 * sun.diameter), u, v).first, 0,
                          kInfinity};
-        if (!(cosine > 0) || world.blocked(shadow, {}, stream)) continue;
+        if (!(cosine > 0) || world->blocked(shadow, {}, stream)) continue;
         double depth = 0;
-        world.optical_depths(interval, {&shadow, 1}, {&depth, 1});
-        irradiance += cosine * sun.irradiance[static_cast<std::size_t>(interval)] * std::exp(-depth);
+        world.optical_depths({&shadow, 1}, {&depth, 1});
+        irradiance += cosine * world.value_of(sun.irradiance) * std::exp(-depth);
       }
       power.add(area * irradiance);
     }
@@ -68,7 +68,7 @@ std::optional<NumericalError> unfit_for_paths(const World& world) {
                           "give beams a \"radius_m\", or use method \"photon\" without final gather");
   }
   for (int i = 0; i < world.interval_count(); ++i) {
-    if (auto endless = endless_histories(world, i, "path")) return endless;
+    if (auto endless = endless_histories({world, i}, "path")) return endless;
   }
   return std::nullopt;
 }

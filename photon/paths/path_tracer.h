@@ -21,7 +21,7 @@ struct PathSettings {
 
 /// Radiance along many rays, as incoming_radiance(): everything is in Incoming::direct, the variance of its
 /// mean over the ray's paths in Incoming::variance (0 for one path).
-RadianceCounts path_radiance(const World& world, int interval, const PathSettings& settings, std::span<const Ray> rays,
+RadianceCounts path_radiance(SpectralWorld world, const PathSettings& settings, std::span<const Ray> rays,
                              std::span<const std::uint64_t> histories, std::span<Incoming> incoming);
 
 /// Power through a rectangle, W, each with its standard error: along its normal and against it.
@@ -30,8 +30,8 @@ struct PathFlux {
 };
 /// By `rays` paths a side from stratified places in cosine-distributed directions. @param history names the
 /// random numbers
-PathFlux path_flux(const World& world, int interval, const PathSettings& settings, const FluxRectangle& rectangle,
-                   int rays, std::uint64_t history);
+PathFlux path_flux(SpectralWorld world, const PathSettings& settings, const FluxRectangle& rectangle, int rays,
+                   std::uint64_t history);
 
 /// Why paths cannot serve the World: what they cannot find (beams without width) or not finish; none: they can.
 std::optional<NumericalError> unfit_for_paths(const World& world);

@@ -6,21 +6,20 @@
 #include "photon/optics/purpose.h"
 #include "photon/optics/transfer.h"
 #include "photon/paths/gather.h"
+#include "photon/paths/leg_steps.h"
 #include "photon/paths/map_light.h"
+#include "photon/paths/straight_radiance.h"
 
 namespace obscura {
 namespace {
 
 using detail::CloudScatterer;
+using detail::kMapStep;
+using detail::kMeetStep;
+using detail::kReflectStep;
+using detail::kSteps;
 using detail::map_light;
 using detail::SurfaceScatterer;
-
-/// The steps of a leg that have streams of their own: 0 for the points' places, then one for the light at
-/// each point.
-constexpr int kMapStep = kMostPoints + 1;
-constexpr int kMeetStep = kMostPoints + 2;
-constexpr int kReflectStep = kMostPoints + 3;  // one for each path from a surface
-constexpr int kSteps = 2 * kMostPoints + 4;
 
 /// A stretch of a camera ray: from the sensor to a surface or infinity, then from mirror to mirror.
 struct Leg {
@@ -47,28 +46,27 @@ struct ScatteringPoint {
 };
 
 /// Everything that one call works on, so that its steps can be read one by one.
-class Pass {
+class LegPass {
  public:
-  Pass(const World& world, int interval, const PhotonMaps* maps, const RadianceSettings& settings,
-       std::span<const Ray> rays, std::span<const std::uint64_t> histories, std::span<Incoming> incoming)
+  LegPass(SpectralWorld world, const PhotonMaps* maps, const RadianceSettings& settings, std::span<const Ray> rays,
+          std::span<const std::uint64_t> histories, std::span<Incoming> incoming)
       : world_(world),
-        interval_(interval),
         maps_(maps),
         settings_(settings),
         rays_(rays),
         histories_(histories),
         incoming_(incoming),
-        air_(world.air_extinction(interval)),
-        attenuates_(world.attenuates(interval)),
-        direct_(world, interval, settings.parts, counts_.work, settings.gather_bounces > 0),
-        gather_(world, interval, maps, settings, direct_, counts_),
+        air_(world.air_extinction()),
+        attenuates_(world.attenuates()),
+        direct_(world, settings.parts, counts_.work, settings.gather_bounces > 0),
+        gather_(world, maps, settings, direct_, counts_),
         beyond_(gather_.wanted() ? detail::Beyond::path : detail::Beyond::map),
         narrowest_spot_(narrowest_spot()) {
     counts_.rays = rays.size();
   }
 
   RadianceCounts run() {
-    if (is_straight()) return run_straight();
+    if (is_straight()) return detail::straight_radiance(world_, settings_, rays_, histories_, incoming_);
     legs_.reserve(rays_.size());
     for (std::size_t i = 0; i < rays_.size(); ++i) {
       incoming_[i] = {};
@@ -76,17 +74,17 @@ class Pass {
           {rays_[i], static_cast<std::uint32_t>(i), 1.0, {}, settings_.parts.sun_disc, {}, settings_.footprint});
     }
     for (bounce_ = 0; !legs_.empty(); ++bounce_) {
-      if (!world_.surfaces().empty()) find_surfaces();
+      if (!world_->surfaces().empty()) find_surfaces();
       attenuate();
       if (settings_.parts.background) add_background();
       if (settings_.parts.emission) add_emission();
-      if (world_.scatters(interval_) && settings_.scattering_depth.value_or(1) > 0) {
+      if (world_.scatters() && settings_.scattering_depth.value_or(1) > 0) {
         place_points();
         add_direct_light();
         if (!gather_.wanted() && settings_.parts.map && maps_ && maps_->volume.size() > 0) add_map();
       }
       std::vector<Leg> mirrored;
-      if (world_.surfaces_reflect(interval_)) reflect(mirrored);
+      if (world_.surfaces_reflect()) reflect(mirrored);
       if (!gather_.wanted()) {
         direct_.arrive([this](std::uint32_t ray, double light) { incoming_[ray].direct += light; });
       }
@@ -101,121 +99,15 @@ class Pass {
  private:
   /// True where nothing scatters or reflects light into a ray: all that it brings comes from along itself.
   bool is_straight() const {
-    const bool scatters = world_.scatters(interval_) && settings_.scattering_depth.value_or(1) > 0;
-    return !scatters && !world_.surfaces_reflect(interval_) && !(narrowest_spot_ < kInfinity);
-  }
-
-  /// Fast path where nothing scatters or reflects: one loop over the rays, no lists of legs.
-  RadianceCounts run_straight() {
-    const bool masked = !world_.surfaces().empty();
-    const bool emits = settings_.parts.emission && world_.emits(interval_);
-    const std::optional<double> source = air_ > 0 ? std::nullopt : world_.uniform_source(interval_);
-    // Where leaves are followed in any case, they tell the depth too.
-    const bool followed = (emits && !source) || (air_ > 0 && attenuates_ && settings_.parts.emission);
-    WorkCounts& work = counts_.work;
-    if (masked) work[Work::masking] += rays_.size();
-    if (air_ > 0) work[Work::atmosphere] += rays_.size();
-    if (attenuates_) work[Work::extinction] += rays_.size();
-
-    std::vector<SurfaceHit> hits;
-    std::vector<Ray> ended;
-    std::span<const Ray> rays = rays_;
-    // Only what lies along a ray has to know beforehand where it ends.
-    if (masked && (attenuates_ || followed || air_ > 0)) {
-      hits.resize(rays_.size());
-      ended.assign(rays_.begin(), rays_.end());
-      for (std::size_t i = 0; i < hits.size(); ++i) {
-        hits[i] = first_hit(i);
-        ended[i].t_max = std::min(rays_[i].t_max, hits[i].t);
-      }
-      rays = ended;
-    }
-    std::vector<double> depths(attenuates_ ? rays.size() : 0);
-    if (attenuates_ && !followed) world_.optical_depths(interval_, rays, depths);
-
-    const Straight straight{rays, hits, depths, source, emits, followed};
-    if (masked) {
-      air_ > 0 ? add_up<true, true>(straight) : add_up<true, false>(straight);
-    } else {
-      air_ > 0 ? add_up<false, true>(straight) : add_up<false, false>(straight);
-    }
-    return counts_;
-  }
-
-  SurfaceHit first_hit(std::size_t i) {
-    if (!world_.permeable()) return world_.surfaces().intersect(rays_[i]);
-    Stream stream = name_of(i, Purpose::radiance, kMeetStep).stream();
-    return world_.meet(rays_[i], {}, stream);
-  }
-
-  /// What is known of straight rays: where each ends unless that does not matter yet, and the clouds' depth unless
-  /// leaves are followed.
-  struct Straight {
-    std::span<const Ray> rays;
-    std::span<const SurfaceHit> hits;
-    std::span<const double> depths;
-    std::optional<double> source;
-    bool emits, followed;
-  };
-
-  template <bool kMasked, bool kAir>
-  void add_up(const Straight& straight) {
-    const bool background = settings_.parts.background, discs = settings_.parts.sun_disc && !world_.suns().empty();
-    const bool glows = world_.glows(interval_), followed = straight.followed, emits = straight.emits;
-    const double sky = world_.sky(interval_), source = straight.source.value_or(0.0);
-    const double* depths = followed || straight.depths.empty() ? nullptr : straight.depths.data();
-    const Ray* rays = straight.rays.data();
-    Incoming* incoming = incoming_.data();
-    std::uint64_t emissions = 0;
-    const bool ends_known = !straight.hits.empty();
-    for (std::size_t i = 0; i < straight.rays.size(); ++i) {
-      SurfaceHit hit;
-      if constexpr (kMasked) hit = ends_known ? straight.hits[i] : first_hit(i);
-      double depth = depths ? depths[i] : 0.0;
-      double along = 0;
-      if (followed) {
-        along = detail::light_along(world_, interval_, rays[i], nullptr, &depth);
-        emissions += emits && (depth > 0 || glows);
-      } else if (emits && depth > 0) {
-        along = source * one_minus_exp(depth);
-        ++emissions;
-      }
-      const double transmission = depth == 0 ? 1.0 : std::exp(-depth);
-      double direct = 0;
-      if (background) {
-        direct = transmission * (kMasked && hit.exists() ? surface_behind(rays[i], hit)
-                                 : discs                 ? world_.background(interval_, rays[i].direction)
-                                                         : sky);
-      }
-      direct += along;
-      if (!std::isfinite(direct)) {
-        direct = 0;
-        ++counts_.anomalies;
-      }
-      Incoming& in = incoming[i];
-      in.direct = direct;
-      in.map.fill(0);
-      in.bias = in.variance = 0;
-      in.transmission = transmission;
-      in.transmission_air = kAir ? air(rays[i].t_max) : 1.0;
-      in.distance = kMasked ? hit.t : kInfinity;
-    }
-    counts_.work[Work::emission] += emissions;
-  }
-
-  /// What a surface sends along the ray that has met it.
-  double surface_behind(const Ray& ray, const SurfaceHit& hit) {
-    ++counts_.work[Work::surfaces];
-    const SurfacePoint at = world_.surface_at(interval_, ray, hit);
-    const double behind = at.emission(at.cosine);
-    return air_ > 0 ? air(hit.t) * behind + (1 - air(hit.t)) * world_.air_radiance(interval_) : behind;
+    const bool scatters = world_.scatters() && settings_.scattering_depth.value_or(1) > 0;
+    return !scatters && !world_.surfaces_reflect() && !(narrowest_spot_ < kInfinity);
   }
 
   void find_surfaces() {
     counts_.work[Work::masking] += legs_.size();
     for (Leg& leg : legs_) {
       Stream stream = stream_of(leg, kMeetStep);
-      leg.hit = world_.meet(leg.ray, leg.from, stream);
+      leg.hit = world_->meet(leg.ray, leg.from, stream);
       leg.ray.t_max = std::min(leg.ray.t_max, leg.hit.t);
       if (bounce_ == 0) incoming_[leg.owner].distance = leg.hit.t;
     }
@@ -237,7 +129,7 @@ class Pass {
       if (!leg.coarse) rays.push_back(leg.ray);
     }
     std::vector<double> depths(rays.size());
-    world_.optical_depths(interval_, rays, depths);
+    world_.optical_depths(rays, depths);
     std::size_t next = 0;
     for (Leg& leg : legs_) {
       if (leg.coarse) {
@@ -257,24 +149,23 @@ class Pass {
   /// "Coarse cells").
   double narrowest_spot() const {
     if (!settings_.footprint.exists() || !(settings_.footprint_tolerance > 0)) return kInfinity;
-    if (!settings_.parts.emission || !world_.emits(interval_) || !(world_.largest_source(interval_) < kInfinity))
-      return kInfinity;
-    if (!(air_ > 0) && world_.uniform_source(interval_)) return kInfinity;
+    if (!settings_.parts.emission || !world_.emits() || !(world_.largest_source() < kInfinity)) return kInfinity;
+    if (!(air_ > 0) && world_.uniform_source()) return kInfinity;
     double voxel_m = kInfinity;
-    for (int c = 0; c < world_.cloud_count(); ++c) voxel_m = std::min(voxel_m, world_.frame(c).voxel_m);
+    for (int c = 0; c < world_->cloud_count(); ++c) voxel_m = std::min(voxel_m, world_->frame(c).voxel_m);
     return voxel_m * (1 << Walk::kFinestStop);
   }
 
   bool is_wide(const Leg& leg) const noexcept {
     if (!(narrowest_spot_ < kInfinity) || !leg.footprint.exists()) return false;
     const auto [enter, leave] =
-        world_.periodic() ? std::pair(leg.ray.t_min, leg.ray.t_max) : clip(leg.ray, world_.cloud_bounds());
+        world_->periodic() ? std::pair(leg.ray.t_min, leg.ray.t_max) : clip(leg.ray, world_->cloud_bounds());
     return enter < leave && leg.footprint.at(leave) >= narrowest_spot_;
   }
 
   void walk_coarsely(Leg& leg) {
-    CoarseCells cells(leg.footprint, settings_.footprint_tolerance, world_.largest_source(interval_));
-    leg.emission = detail::light_along(world_, interval_, leg.ray, &cells);
+    CoarseCells cells(leg.footprint, settings_.footprint_tolerance, world_.largest_source());
+    leg.emission = detail::light_along(world_, leg.ray, &cells);
     leg.depth = cells.depth();
     leg.most_depth = cells.depth() + cells.depth_doubt();
     counts_.footprint += cells.counts();
@@ -284,9 +175,10 @@ class Pass {
     for (const Leg& leg : legs_) {
       double behind;
       if (leg.hit.exists()) {
-        behind = surface_behind(leg.ray, leg.hit);
+        ++counts_.work[Work::surfaces];
+        behind = detail::surface_behind(world_, leg.ray, leg.hit, air(leg.hit.t));
       } else {
-        behind = world_.background(interval_, leg.ray.direction, leg.discs);
+        behind = world_.background(leg.ray.direction, leg.discs);
       }
       // An empty cloud in the way changes no bit.
       incoming_[leg.owner].direct += leg.weight * (leg.transmission * behind);
@@ -294,19 +186,19 @@ class Pass {
   }
 
   void add_emission() {
-    const bool emits = world_.emits(interval_);
+    const bool emits = world_.emits();
     if (!emits && !(air_ > 0)) return;
-    const std::optional<double> source = air_ > 0 ? std::nullopt : world_.uniform_source(interval_);
+    const std::optional<double> source = air_ > 0 ? std::nullopt : world_.uniform_source();
     for (const Leg& leg : legs_) {
       if (leg.coarse) {
         counts_.work[Work::emission] += emits;
         incoming_[leg.owner].direct += leg.weight * leg.emission;
         continue;
       }
-      if (leg.depth <= 0 && !world_.glows(interval_)) continue;
+      if (leg.depth <= 0 && !world_.glows()) continue;
       counts_.work[Work::emission] += emits;
       incoming_[leg.owner].direct +=
-          leg.weight * (source ? *source * one_minus_exp(leg.depth) : detail::light_along(world_, interval_, leg.ray));
+          leg.weight * (source ? *source * one_minus_exp(leg.depth) : detail::light_along(world_, leg.ray));
     }
   }
 
@@ -329,9 +221,9 @@ class Pass {
       }
     }
     std::vector<FreePath> ends(flights.size());
-    world_.reach_depths(interval_, flights, ends);
+    world_.reach_depths(flights, ends);
     // Of one medium in leaves that are not thick, nothing has to be looked up where it collides.
-    const CloudOptics::Part* only = world_.has_thick_leaves(interval_) ? nullptr : world_.only_medium(interval_);
+    const CloudOptics::Part* only = world_.has_thick_leaves() ? nullptr : world_.only_medium();
     std::size_t kept = 0;
     for (std::size_t k = 0; k < flights.size(); ++k) {
       // Rounding at the far border of a cloud may leave the last bit of depth unreached: no point there.
@@ -340,7 +232,7 @@ class Pass {
       if (only) {
         albedo = only->scattering / only->extinction;
       } else {
-        const LocalOptics local = world_.at_collision(interval_, flights[k], ends[k]);
+        const LocalOptics local = world_.at_collision(flights[k], ends[k]);
         if (!(local.scattering > 0)) continue;
         albedo = local.scattering / local.extinction;
       }
@@ -357,7 +249,7 @@ class Pass {
     if (direct_.empty() && !gather_.wanted()) return;
     for (const ScatteringPoint& point : points_) {
       const Leg& leg = legs_[point.leg];
-      light(leg, 1 + point.number, point.weight, CloudScatterer(world_, interval_, leg.ray, point.t), 1);
+      light(leg, 1 + point.number, point.weight, CloudScatterer(world_, leg.ray, point.t), 1);
     }
   }
 
@@ -381,9 +273,9 @@ class Pass {
       Stream stream = stream_of(leg, kMapStep);
       const auto chosen = std::min(count - 1, static_cast<std::size_t>(stream.uniform() * static_cast<double>(count)));
       const ScatteringPoint& point = points_[first + chosen];
-      const CloudScatterer at(world_, interval_, leg.ray, point.t);
+      const CloudScatterer at(world_, leg.ray, point.t);
       add(leg.owner, point.weight * static_cast<double>(count),
-          map_light(world_, interval_, *maps_, at, settings_.gather, key_of(leg)));
+          map_light(world_, *maps_, at, settings_.gather, key_of(leg)));
     }
   }
 
@@ -392,7 +284,7 @@ class Pass {
     for (const Leg& leg : legs_) {
       if (!leg.hit.exists()) continue;
       ++counts_.work[Work::surfaces];
-      const SurfacePoint at = world_.surface_at(interval_, leg.ray, leg.hit);
+      const SurfacePoint at = world_.surface_at(leg.ray, leg.hit);
       if (!at.reflects()) continue;
       const MaterialOptics& material = *at.material;
       const double weight = leg.weight * leg.transmission * air(leg.hit.t);
@@ -404,15 +296,14 @@ class Pass {
         const int paths = gather_.wanted() ? std::clamp(settings_.points, 1, kMostPoints) : 1;
         for (int k = 0; k < paths; ++k) light(leg, kReflectStep + k, share / paths, SurfaceScatterer(at), 0);
         if (!gather_.wanted() && settings_.parts.map && maps_ && maps_->surface.size() > 0) {
-          add(leg.owner, share,
-              map_light(world_, interval_, *maps_, SurfaceScatterer(at), settings_.gather, key_of(leg)));
+          add(leg.owner, share, map_light(world_, *maps_, SurfaceScatterer(at), settings_.gather, key_of(leg)));
         }
       }
       const double share = weight * specular * material.reflectance(at.cosine);
       if (!(share > 0)) continue;
       bool exact;
       const Vec3d toward = mirror_direction(leg.ray.direction, at.normal, material.roughness(), stream, exact);
-      mirrored.push_back({{at.position, toward, world_.surfaces().clearance(), kInfinity},
+      mirrored.push_back({{at.position, toward, world_->surfaces().clearance(), kInfinity},
                           leg.owner,
                           share,
                           at.id,
@@ -463,12 +354,11 @@ class Pass {
             static_cast<double>(bounce_)};
   }
   StreamName name_of(std::size_t ray, Purpose purpose, int step) const noexcept {
-    return {settings_.seed, histories_[ray], purpose, interval_,
+    return {settings_.seed, histories_[ray], purpose, world_.interval(),
             static_cast<std::uint64_t>(bounce_) * kSteps + static_cast<std::uint64_t>(step)};
   }
 
-  const World& world_;
-  int interval_;
+  SpectralWorld world_;
   const PhotonMaps* maps_;
   const RadianceSettings& settings_;
   std::span<const Ray> rays_;
@@ -488,20 +378,20 @@ class Pass {
 
 }  // namespace
 
-RadianceCounts incoming_radiance(const World& world, int interval, const PhotonMaps* maps,
-                                 const RadianceSettings& settings, std::span<const Ray> rays,
-                                 std::span<const std::uint64_t> histories, std::span<Incoming> incoming) {
+RadianceCounts incoming_radiance(SpectralWorld world, const PhotonMaps* maps, const RadianceSettings& settings,
+                                 std::span<const Ray> rays, std::span<const std::uint64_t> histories,
+                                 std::span<Incoming> incoming) {
   // So many together that their points and paths fit the caches.
   constexpr std::size_t kTogether = 16384;
   const std::size_t most = std::max<std::size_t>(1, kTogether / static_cast<std::size_t>(std::max(1, settings.points)));
   RadianceCounts counts;
   for (std::size_t first = 0; first < rays.size(); first += most) {
     const std::size_t count = std::min(most, rays.size() - first);
-    counts += Pass(world, interval, maps, settings, rays.subspan(first, count), histories.subspan(first, count),
-                   incoming.subspan(first, count))
+    counts += LegPass(world, maps, settings, rays.subspan(first, count), histories.subspan(first, count),
+                      incoming.subspan(first, count))
                   .run();
   }
-  if (world.interval(interval).interval > 0) counts.work[Work::spectral] += rays.size();
+  if (world.where().interval > 0) counts.work[Work::spectral] += rays.size();
   return counts;
 }
 

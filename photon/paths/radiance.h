@@ -12,7 +12,7 @@
 #include "photon/map/photon_map.h"
 #include "photon/optics/work.h"
 #include "photon/world/footprint.h"
-#include "photon/world/world.h"
+#include "photon/world/spectral_world.h"
 
 namespace obscura {
 
@@ -89,8 +89,8 @@ struct RadianceCounts {
 /// Radiance along many rays at once. Directions are unit vectors. The result of a ray depends on its
 /// history number and not on the others. Scratch memory is allocated once per some thousands: give it many.
 /// @param maps null: nothing but direct light, unless the settings ask for all bounces
-RadianceCounts incoming_radiance(const World& world, int interval, const PhotonMaps* maps,
-                                 const RadianceSettings& settings, std::span<const Ray> rays,
-                                 std::span<const std::uint64_t> histories, std::span<Incoming> incoming);
+RadianceCounts incoming_radiance(SpectralWorld world, const PhotonMaps* maps, const RadianceSettings& settings,
+                                 std::span<const Ray> rays, std::span<const std::uint64_t> histories,
+                                 std::span<Incoming> incoming);
 
 }  // namespace obscura

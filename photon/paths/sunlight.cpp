@@ -5,13 +5,14 @@
 #include <vector>
 
 #include "photon/optics/purpose.h"
+#include "photon/world/spectral_world.h"
 
 namespace obscura {
 namespace {
 
-double irradiance(const World& world, int interval) noexcept {
+double irradiance(SpectralWorld world) noexcept {
   double sum = 0;
-  for (const Sun& sun : world.suns()) sum += sun.irradiance[static_cast<std::size_t>(interval)];
+  for (const Sun& sun : world->suns()) sum += world.value_of(sun.irradiance);
   return sum;
 }
 
@@ -22,9 +23,10 @@ void sunlit_shares(const World& world, std::uint64_t seed, std::span<const Ray> 
   std::fill(shares.begin(), shares.end(), 0.0f);
   int brightest = 0;
   for (int i = 1; i < world.interval_count(); ++i) {
-    if (irradiance(world, i) > irradiance(world, brightest)) brightest = i;
+    if (irradiance({world, i}) > irradiance({world, brightest})) brightest = i;
   }
-  const double all = irradiance(world, brightest);
+  const SpectralWorld lit(world, brightest);
+  const double all = irradiance(lit);
   if (!(all > 0)) return;
 
   struct Shadow {
@@ -37,18 +39,18 @@ void sunlit_shares(const World& world, std::uint64_t seed, std::span<const Ray> 
     Stream stream = StreamName{seed, histories[r], Purpose::sunlight}.stream();
     const SurfaceHit hit = world.meet(rays[r], {}, stream);
     if (!hit.exists()) continue;
-    const SurfacePoint at = world.surface_at(brightest, rays[r], hit);
+    const SurfacePoint at = lit.surface_at(rays[r], hit);
     if (!at.reflects()) continue;
     for (const Sun& sun : world.suns()) {
       if (!(sun.toward.dot(at.normal) > 0)) continue;
       const Ray ray{at.position, sun.toward, world.surfaces().clearance(), kInfinity};
       if (world.blocked(ray, hit.id, stream)) continue;
       toward.push_back(ray);
-      shadows.push_back({r, sun.irradiance[static_cast<std::size_t>(brightest)] / all});
+      shadows.push_back({r, lit.value_of(sun.irradiance) / all});
     }
   }
   std::vector<double> depths(toward.size());
-  world.optical_depths(brightest, toward, depths);
+  lit.optical_depths(toward, depths);
   for (std::size_t i = 0; i < toward.size(); ++i) {
     shares[shadows[i].ray] += static_cast<float>(shadows[i].share * std::exp(-depths[i]));
   }

@@ -8,67 +8,66 @@
 #include "photon/optics/sampling.h"
 
 namespace obscura {
-PhotonEmitter::PhotonEmitter(const World& world, int interval, const SourceSelection& selection, const Box3d& around)
-    : world_(&world), interval_(interval) {
-  const auto at = [interval](const std::vector<double>& values) { return values[static_cast<std::size_t>(interval)]; };
+PhotonEmitter::PhotonEmitter(SpectralWorld world, const SourceSelection& selection, const Box3d& around)
+    : world_(world) {
   const auto add = [this](Kind kind, int index, double power, double chance) {
     if (!(power > 0)) return;
     power_ += power;
     sources_.push_back({kind, index, power, chance});
   };
-  Box3d bounds = world.bounds();
+  Box3d bounds = world->bounds();
   if (!around.isEmpty()) bounds.extendBy(around);
   if (!bounds.isEmpty()) {
     middle_ = bounds.center();
     radius_ = 0.5 * bounds.size().length();
   }
-  if (world.periodic()) {
+  if (world->periodic()) {
     make_faces(around);
   } else {
     make_targets();
   }
 
-  blocks_.resize(static_cast<std::size_t>(world.cloud_count()));
-  for (int c = 0; selection.emission && c < world.cloud_count(); ++c) {
-    if (!world.optics(c, interval).emits()) continue;
+  blocks_.resize(static_cast<std::size_t>(world->cloud_count()));
+  for (int c = 0; selection.emission && c < world->cloud_count(); ++c) {
+    if (!world.optics(c).emits()) continue;
     Blocks& blocks = blocks_[static_cast<std::size_t>(c)];
     blocks = sum_blocks(c);
     if (!blocks.cumulative.empty()) add(Kind::cloud, c, blocks.emitted, blocks.cumulative.back());
   }
-  for (std::size_t i = 0; selection.sun && i < world.suns().size(); ++i) {
-    const Sun& sun = world.suns()[i];
+  for (std::size_t i = 0; selection.sun && i < world->suns().size(); ++i) {
+    const Sun& sun = world->suns()[i];
     double area = kPi * radius_ * radius_;
-    if (world.periodic()) {
+    if (world->periodic()) {
       area = 0;
       for (const Face& face : faces_) area += face.area * std::max(0.0, -face.inward.dot(sun.toward));
     }
-    const double power = at(sun.irradiance) * area;
+    const double power = world.value_of(sun.irradiance) * area;
     add(Kind::sun, static_cast<int>(i), power, power);
   }
-  if (selection.sky && world.sky(interval) > 0) {
+  if (selection.sky && world.sky() > 0) {
     double area = 4 * kPi * radius_ * radius_;
-    if (world.periodic()) {
+    if (world->periodic()) {
       area = 0;
       for (const Face& face : faces_) area += face.area;
     }
-    const double power = kPi * world.sky(interval) * area;
+    const double power = kPi * world.sky() * area;
     add(Kind::sky, 0, power, power);
   }
-  const FaceLights& lights = world.face_lights(interval);
+  const FaceLights& lights = world.face_lights();
   if (selection.surfaces && !lights.empty()) {
     add(Kind::faces, 0, lights.power(), lights.power());
     // Light of the faces that goes through the surroundings of the clouds is emitted by a source of its own (lines).
     // Its power is not known beforehand: it is counted with the faces'.
     if (targets_.size() > 1) sources_.push_back({Kind::lines, 0, 0.0, lights.power()});
   }
-  const std::vector<HotSphere>& spheres = world.spheres();
+  const std::vector<HotSphere>& spheres = world->spheres();
   for (std::size_t s = 0; s < spheres.size(); ++s) {
-    if (!(s < world.source_count() ? selection.spheres : selection.particles)) continue;
-    const double power = at(spheres[s].radiance) * 4 * kPi * kPi * spheres[s].radius * spheres[s].radius;
+    if (!(s < world->source_count() ? selection.spheres : selection.particles)) continue;
+    const double power = world.value_of(spheres[s].radiance) * 4 * kPi * kPi * spheres[s].radius * spheres[s].radius;
     add(Kind::sphere, static_cast<int>(s), power, power);
   }
-  for (std::size_t b = 0; selection.beams && b < world.beams().size(); ++b) {
-    const double power = at(world.beams()[b].power);
+  for (std::size_t b = 0; selection.beams && b < world->beams().size(); ++b) {
+    const double power = world.value_of(world->beams()[b].power);
     add(Kind::beam, static_cast<int>(b), power, power);
   }
   make_groups();
@@ -174,7 +173,7 @@ EmittedPhoton PhotonEmitter::from_beam(int index, const std::array<double, 8>& u
   EmittedPhoton photon;
   photon.position = beam.position + beam.radius * (x * a + y * b);
   photon.direction = beam.direction;
-  photon.power = beam.power[static_cast<std::size_t>(interval_)];
+  photon.power = world_.value_of(beam.power);
   return photon;
 }
 

@@ -10,7 +10,7 @@
 
 #include "photon/optics/directions.h"
 #include "photon/optics/work.h"
-#include "photon/world/world.h"
+#include "photon/world/spectral_world.h"
 
 namespace obscura {
 
@@ -40,9 +40,9 @@ class PhotonEmitter {
  public:
   /// @param around extra box that photons of sun and sky must cover besides the World, such as flux rectangles; empty:
   /// none
-  PhotonEmitter(const World& world, int interval, const SourceSelection& selection = {}, const Box3d& around = {});
+  PhotonEmitter(SpectralWorld world, const SourceSelection& selection = {}, const Box3d& around = {});
 
-  int interval() const noexcept { return interval_; }
+  SpectralWorld world() const noexcept { return world_; }
   bool emits() const noexcept { return !sources_.empty(); }
   /// Clouds are among the sources.
   bool has_clouds() const noexcept {
@@ -127,8 +127,7 @@ class PhotonEmitter {
   EmittedPhoton from_sphere(int index, const std::array<double, 8>& u) const noexcept;
   EmittedPhoton from_beam(int index, const std::array<double, 8>& u) const noexcept;
 
-  const World* world_;
-  int interval_;
+  SpectralWorld world_;
   double power_ = 0;
   Vec3d middle_{0, 0, 0};    // of the bounds of everything that light from infinity has to pass
   double radius_ = 0;        // of the sphere about them, m

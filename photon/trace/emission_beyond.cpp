@@ -91,7 +91,7 @@ std::pair<Vec3d, double> PhotonEmitter::place_beyond(const Vec3d& toward, double
 
 EmittedPhoton PhotonEmitter::from_sun(int index, const std::array<double, 8>& u) const noexcept {
   const Sun& sun = world_->suns()[static_cast<std::size_t>(index)];
-  const double irradiance = sun.irradiance[static_cast<std::size_t>(interval_)];
+  const double irradiance = world_.value_of(sun.irradiance);
   const Vec3d toward = cone_direction(sun.toward, std::sin(0.5 * sun.diameter), u[4], u[5]).first;
   EmittedPhoton photon;
   photon.direction = -toward;
@@ -138,14 +138,14 @@ EmittedPhoton PhotonEmitter::from_sky(const std::array<double, 8>& u) const noex
     }
     photon.position = chosen->corner + u[1] * chosen->side_u + u[2] * chosen->side_v;
     photon.direction = cosine_direction(chosen->inward, u[4], u[5]);
-    photon.power = kPi * world_->sky(interval_) * total;
+    photon.power = kPi * world_.sky() * total;
     return photon;
   }
   const Vec3d from = uniform_direction(u[4], u[5]);
   const auto [position, density] = place_beyond(from, u[1], u[2], u[3]);
   photon.position = position;
   photon.direction = -from;
-  photon.power = 4 * kPi * world_->sky(interval_) / density;
+  photon.power = 4 * kPi * world_.sky() / density;
   return photon;
 }
 

@@ -23,7 +23,7 @@ double escape_chance(double absorption, double side) noexcept {
 
 PhotonEmitter::Blocks PhotonEmitter::sum_blocks(int cloud) const {
   const Octree& octree = *world_->clouds()[static_cast<std::size_t>(cloud)].octree;
-  const CloudOptics& optics = world_->optics(cloud, interval_);
+  const CloudOptics& optics = world_.optics(cloud);
   const Affine& placed = world_->clouds()[static_cast<std::size_t>(cloud)].local_to_world;
   const double voxel_volume = std::abs(linear_determinant(octree.index_to_local()) * linear_determinant(placed));
   const double voxel_side = std::cbrt(voxel_volume);
@@ -67,7 +67,7 @@ PhotonEmitter::Blocks PhotonEmitter::sum_blocks(int cloud) const {
 EmittedPhoton PhotonEmitter::from_cloud(int cloud, double u, const std::array<double, 8>& v,
                                         Cache& cache) const noexcept {
   const Octree& octree = *world_->clouds()[static_cast<std::size_t>(cloud)].octree;
-  const CloudOptics& optics = world_->optics(cloud, interval_);
+  const CloudOptics& optics = world_.optics(cloud);
   const Blocks& blocks = blocks_[static_cast<std::size_t>(cloud)];
   const auto b = static_cast<std::uint32_t>(choose(blocks.cumulative, blocks.cumulative.size(), u));
   const Block block = octree.block(b);

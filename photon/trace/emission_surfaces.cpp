@@ -8,16 +8,16 @@
 namespace obscura {
 
 EmittedPhoton PhotonEmitter::from_faces(double u, const std::array<double, 8>& v) const noexcept {
-  const FaceLights& lights = world_->face_lights(interval_);
-  const FaceLights::Place place = lights.sample(*world_, u, v[1], v[2]);
+  const FaceLights& lights = world_.face_lights();
+  const FaceLights::Place place = lights.sample(world_, u, v[1], v[2]);
   EmittedPhoton photon;
   photon.position = place.position;
   photon.direction = cosine_direction(place.normal, v[4], v[5]);
   photon.in_direct_set = true;
   photon.from = place.id;
   // The face was chosen by its mean radiance; that of this place and angle gives the power.
-  const double radiance = lights.emission(*world_, place, place.normal.dot(photon.direction));
-  photon.power = kPi * radiance / lights.density(*world_, place.id);
+  const double radiance = lights.emission(world_, place, place.normal.dot(photon.direction));
+  photon.power = kPi * radiance / lights.density(world_, place.id);
   if (is_on_a_line(photon.position, photon.direction, place.id)) photon.power = 0;
   return photon;
 }
@@ -46,9 +46,9 @@ EmittedPhoton PhotonEmitter::from_lines(const std::array<double, 8>& u) const no
     const Vec3d position = ray.at(hit.t);
     const double cosine = world_->surfaces().normal(hit.id, position).dot(direction);
     if (cosine < 0 && !world_->objects()[hit.id.surface].double_sided) return;
-    const MaterialOptics& material = world_->material(interval_, hit.id);
-    const double radiance = world_->black_radiance(interval_, hit.id, hit.u, hit.v) *
-                            material.emissivity(std::abs(cosine)) * (1 - material.permeable());
+    const MaterialOptics& material = world_.material(hit.id);
+    const double radiance = world_.black_radiance(hit.id, hit.u, hit.v) * material.emissivity(std::abs(cosine)) *
+                            (1 - material.permeable());
     if (radiance > 0 && count < kMost) candidates[count++] = {position, hit.id, radiance};
   };
   for (const bool behind : {true, false}) {
@@ -74,7 +74,7 @@ EmittedPhoton PhotonEmitter::from_lines(const std::array<double, 8>& u) const no
 }
 
 bool PhotonEmitter::is_net(const FaceId& face) const noexcept {
-  return face.surface < world_->objects().size() && world_->material(interval_, face).permeable() > 0;
+  return face.surface < world_->objects().size() && world_.material(face).permeable() > 0;
 }
 
 bool PhotonEmitter::is_on_a_line(const Vec3d& position, const Vec3d& direction, FaceId from) const noexcept {
@@ -102,7 +102,7 @@ EmittedPhoton PhotonEmitter::from_sphere(int index, const std::array<double, 8>&
   EmittedPhoton photon;
   photon.position = sphere.center + sphere.radius * normal;
   photon.direction = cosine_direction(normal, u[4], u[5]);
-  photon.power = sphere.radiance[static_cast<std::size_t>(interval_)] * 4 * kPi * kPi * sphere.radius * sphere.radius;
+  photon.power = world_.value_of(sphere.radiance) * 4 * kPi * kPi * sphere.radius * sphere.radius;
   photon.in_direct_set = static_cast<std::size_t>(index) < world_->source_count();
   photon.from = {static_cast<std::uint32_t>(world_->objects().size()) + static_cast<std::uint32_t>(index), 0};
   return photon;

@@ -28,17 +28,16 @@ std::vector<Photon> in_order(Stored& stored) {
 /// A chunk of histories of one batch, all of them one flight at a time.
 class HistoryChunk {
  public:
-  HistoryChunk(const World& world, const PhotonEmitter& emitter, const TraceSettings& settings,
-               std::span<const FluxRectangle> rectangles, std::size_t batch, ChunkResult& result)
-      : world_(world),
-        interval_(emitter.interval()),
+  HistoryChunk(const PhotonEmitter& emitter, const TraceSettings& settings, std::span<const FluxRectangle> rectangles,
+               std::size_t batch, TraceResult& result)
+      : world_(emitter.world()),
         focus_(emitter.focus()),
         settings_(settings),
         rectangles_(rectangles),
         batch_(batch),
-        air_(world.air_extinction(interval_)),
-        attenuates_(world.attenuates(interval_)),
-        masked_(!world.surfaces().empty()),
+        air_(world_.air_extinction()),
+        attenuates_(world_.attenuates()),
+        masked_(!world_->surfaces().empty()),
         result_(result) {}
 
   /// Follows them to their ends.
@@ -51,14 +50,14 @@ class HistoryChunk {
       flights.clear();
       hits.clear();
       for (History& history : active) {
-        Ray ray{history.position, history.direction, history.from.exists() ? world_.surfaces().clearance() : 0.0,
+        Ray ray{history.position, history.direction, history.from.exists() ? world_->surfaces().clearance() : 0.0,
                 kInfinity};
-        hits.push_back(masked_ ? world_.meet(ray, history.from, history.stream) : SurfaceHit());
+        hits.push_back(masked_ ? world_->meet(ray, history.from, history.stream) : SurfaceHit());
         ray.t_max = hits.back().t;
         flights.push_back({ray, -std::log(history.stream.uniform())});
       }
       ends.resize(flights.size());
-      if (attenuates_) world_.reach_depths(interval_, flights, ends);
+      if (attenuates_) world_.reach_depths(flights, ends);
       if (attenuates_) result_.work[Work::extinction] += flights.size();
       if (masked_) result_.work[Work::masking] += flights.size();
       if (air_ > 0) result_.work[Work::atmosphere] += flights.size();
@@ -79,7 +78,7 @@ class HistoryChunk {
   /// One flight to its end; false where the history ends too.
   bool follow(History& history, const Flight& flight, FreePath& end, const SurfaceHit& hit) {
     LocalOptics local;
-    if (end.collided) local = world_.at_collision(interval_, flight, end);
+    if (end.collided) local = world_.at_collision(flight, end);
     double t = end.collided ? end.t : hit.t;
     // The air may absorb it before. Light from beyond is given as it arrives at the scene: the air does not dim it.
     bool lost_in_air = false;
@@ -89,7 +88,7 @@ class HistoryChunk {
       t = std::min(t, t_air);
     }
     for (std::size_t r = 0; r < rectangles_.size(); ++r) {
-      const int count = crossings(world_, rectangles_[r], history.position, history.direction, t);
+      const int count = crossings(*world_, rectangles_[r], history.position, history.direction, t);
       (count > 0 ? result_.flux[r].forward : result_.flux[r].backward)[batch_] += std::abs(count) * history.power;
     }
     EnergyTally& energy = result_.energy;
@@ -98,10 +97,10 @@ class HistoryChunk {
       return false;
     }
     if (end.collided) {
-      history.position = world_.wrap(flight.ray.at(t));
+      history.position = world_->wrap(flight.ray.at(t));
       return collide(history, local);
     }
-    if (hit.exists()) return land(history, world_.surface_at(interval_, flight.ray, hit));
+    if (hit.exists()) return land(history, world_.surface_at(flight.ray, hit));
     energy.escaped[batch_] += history.power;
     return false;
   }
@@ -127,7 +126,7 @@ class HistoryChunk {
       energy.truncated[batch_] += history.power;
       return false;
     }
-    const LocalScattering scattering(world_, interval_, history.position);
+    const LocalScattering scattering(world_, history.position);
     if (!(scattering.total() > 0)) {
       ++result_.anomalies;
       energy.absorbed[batch_] += history.power;
@@ -215,22 +214,21 @@ class HistoryChunk {
       return;
     }
     Photon photon;
-    Vec3d position = transform_point(world_.world_to_map(), history.position);
-    if (!world_.surfaces().empty()) {
+    Vec3d position = transform_point(world_->world_to_map(), history.position);
+    if (!world_->surfaces().empty()) {
       // Back by what float rounds away, so that it does not come to lie behind a surface.
       const double size = std::max({std::abs(position.x), std::abs(position.y), std::abs(position.z)});
-      position -= 1.2e-7 * size * transform_direction(world_.world_to_map(), history.direction);
+      position -= 1.2e-7 * size * transform_direction(world_->world_to_map(), history.direction);
     }
     photon.position = Vec3f(position);
-    photon.direction = encode_direction(transform_direction(world_.world_to_map(), history.direction));
+    photon.direction = encode_direction(transform_direction(world_->world_to_map(), history.direction));
     photon.power = static_cast<float>(history.power);
     photon.batch = static_cast<std::uint16_t>(batch_);
     photon.collisions = label;
     list.emplace_back(history.id, photon);
   }
 
-  const World& world_;
-  int interval_;
+  SpectralWorld world_;
   std::optional<PhotonEmitter::Focus> focus_;
   const TraceSettings& settings_;
   std::span<const FluxRectangle> rectangles_;
@@ -238,16 +236,16 @@ class HistoryChunk {
   double air_;
   bool attenuates_;
   bool masked_;
-  ChunkResult& result_;
+  TraceResult& result_;
   Stored collided_, landed_;
 };
 
 }  // namespace
 
-void follow_histories(const World& world, const PhotonEmitter& emitter, const TraceSettings& settings,
+void follow_histories(const PhotonEmitter& emitter, const TraceSettings& settings,
                       std::span<const FluxRectangle> rectangles, std::size_t batch, std::vector<History> histories,
-                      ChunkResult& result) {
-  HistoryChunk(world, emitter, settings, rectangles, batch, result).run(std::move(histories));
+                      TraceResult& result) {
+  HistoryChunk(emitter, settings, rectangles, batch, result).run(std::move(histories));
 }
 
 }  // namespace obscura::detail

@@ -24,23 +24,11 @@ struct History {
   Stream stream;
 };
 
-/// What a chunk of histories leaves behind.
-struct ChunkResult {
-  std::vector<Photon> photons;
-  std::vector<Photon> surface_photons;
-  EnergyTally energy;
-  std::vector<FluxTally> flux;
-  WorkCounts work;
-  double dropped_W = 0;
-  std::uint64_t emitted = 0;
-  std::uint64_t anomalies = 0;
-};
-
 /// Follows a chunk of histories of one batch to their ends, all of them one flight at a time, and adds what becomes of
 /// them to `result`, whose photons it sets.
 /// @param result its flux has an entry for each rectangle
-void follow_histories(const World& world, const PhotonEmitter& emitter, const TraceSettings& settings,
+void follow_histories(const PhotonEmitter& emitter, const TraceSettings& settings,
                       std::span<const FluxRectangle> rectangles, std::size_t batch, std::vector<History> histories,
-                      ChunkResult& result);
+                      TraceResult& result);
 
 }  // namespace obscura::detail

@@ -9,7 +9,7 @@ namespace {
 
 /// Divides the photons among the groups of sources so that the noise of what the maps hold is least: in proportion to
 /// the root mean square of what one photon of the group stores. A pilot of a few photons of each group measures that.
-void share_photons(const World& world, PhotonEmitter& emitter, const TraceSettings& settings, WorkCounts& work) {
+void share_photons(PhotonEmitter& emitter, const TraceSettings& settings, WorkCounts& work) {
   const std::uint64_t pilots = std::clamp<std::uint64_t>(settings.photons / 50, 4096, 65536);
   constexpr double kLeast = 0.01;  // of the largest share: a pilot may have missed what a source rarely stores
   if (emitter.group_count() < 2 || settings.photons < 4 * pilots) return;
@@ -19,7 +19,7 @@ void share_photons(const World& world, PhotonEmitter& emitter, const TraceSettin
   pilot.seed = ~settings.seed;
   std::vector<double> shares;
   for (std::size_t g = 0; g < emitter.group_count(); ++g) {
-    const TraceResult traced = trace_photons(world, emitter.only(g), pilot);
+    const TraceResult traced = trace_photons(emitter.only(g), pilot);
     work += traced.work;
     double squares = 0;
     for (const std::vector<Photon>* photons : {&traced.photons, &traced.surface_photons}) {
@@ -68,7 +68,7 @@ std::optional<NumericalError> unfit_for_photons(const World& world, bool traced,
     }
   }
   for (int i = 0; traced && i < world.interval_count(); ++i) {
-    if (auto endless = endless_histories(world, i, "photon")) return endless;
+    if (auto endless = endless_histories({world, i}, "photon")) return endless;
   }
   return std::nullopt;
 }
@@ -120,7 +120,7 @@ Light trace_light(const World& world, const TraceSettings& settings, std::span<c
   std::vector<PhotonEmitter> emitters;
   std::vector<double> band_power(world.bands().size(), 0.0);
   for (int i = 0; i < world.interval_count(); ++i) {
-    emitters.emplace_back(world, i, settings.sources, around);
+    emitters.emplace_back(SpectralWorld(world, i), settings.sources, around);
     band_power[static_cast<std::size_t>(world.interval(i).band)] += emitters.back().power();
   }
   for (int i = 0; i < world.interval_count(); ++i) {
@@ -133,8 +133,8 @@ Light trace_light(const World& world, const TraceSettings& settings, std::span<c
       share.photons = std::max<std::uint64_t>(
           1, static_cast<std::uint64_t>(std::llround(part * static_cast<double>(settings.photons))));
     }
-    share_photons(world, emitter, share, light.work);
-    TraceResult traced = trace_photons(world, emitter, share, rectangles, progress);
+    share_photons(emitter, share, light.work);
+    TraceResult traced = trace_photons(emitter, share, rectangles, progress);
     BandLight& band = light.bands[b];
     band.energy += traced.energy;
     for (std::size_t r = 0; r < rectangles.size(); ++r) band.flux[r] += traced.flux[r];

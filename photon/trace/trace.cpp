@@ -67,9 +67,20 @@ FluxTally& FluxTally::operator+=(const FluxTally& other) noexcept {
   return *this;
 }
 
-TraceResult trace_photons(const World& world, const PhotonEmitter& emitter, const TraceSettings& settings,
+PhotonTally& PhotonTally::operator+=(const PhotonTally& other) {
+  energy += other.energy;
+  flux.resize(std::max(flux.size(), other.flux.size()));
+  for (std::size_t r = 0; r < other.flux.size(); ++r) flux[r] += other.flux[r];
+  emitted += other.emitted;
+  work += other.work;
+  dropped_W += other.dropped_W;
+  anomalies += other.anomalies;
+  return *this;
+}
+
+TraceResult trace_photons(const PhotonEmitter& emitter, const TraceSettings& settings,
                           std::span<const FluxRectangle> rectangles, const Progress& progress) {
-  const int interval = emitter.interval();
+  const int interval = emitter.world().interval();
   TraceResult result;
   result.flux.resize(rectangles.size());
   if (settings.photons == 0 || !emitter.emits()) return result;
@@ -97,13 +108,13 @@ TraceResult trace_photons(const World& world, const PhotonEmitter& emitter, cons
     }
 
     const std::size_t chunks = (count + kChunk - 1) / kChunk;
-    std::vector<detail::ChunkResult> parts(chunks);
+    std::vector<TraceResult> parts(chunks);
     tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t c) {
       if (progress.cancelled()) cancelled = true;
       if (cancelled) return;
       const std::size_t begin = c * kChunk;
       const std::size_t end = std::min<std::size_t>(begin + kChunk, count);
-      detail::ChunkResult& part = parts[c];
+      TraceResult& part = parts[c];
       part.flux.resize(rectangles.size());
       PhotonEmitter::Cache cache;
       std::vector<detail::History> histories;
@@ -124,29 +135,22 @@ TraceResult trace_photons(const World& world, const PhotonEmitter& emitter, cons
                              photon.from, 0, 0, static_cast<std::uint32_t>(histories.size()),
                              StreamName{settings.seed, first + id, Purpose::tracing, interval}.stream()});
       }
-      detail::follow_histories(world, emitter, settings, rectangles, batch, std::move(histories), part);
+      detail::follow_histories(emitter, settings, rectangles, batch, std::move(histories), part);
       progress.report("photons", done += end - begin, settings.photons);
     });
 
     // In chunk order: the same bits for any number of threads.
-    for (detail::ChunkResult& part : parts) {
+    for (TraceResult& part : parts) {
       result.photons.insert(result.photons.end(), part.photons.begin(), part.photons.end());
       result.surface_photons.insert(result.surface_photons.end(), part.surface_photons.begin(),
                                     part.surface_photons.end());
       part.photons = {};
       part.surface_photons = {};
-      result.energy += part.energy;
-      for (std::size_t r = 0; r < part.flux.size(); ++r) {
-        result.flux[r] += part.flux[r];
-      }
-      result.emitted += part.emitted;
-      result.work += part.work;
-      result.dropped_W += part.dropped_W;
-      result.anomalies += part.anomalies;
+      result += part;
     }
     first += count;
   }
-  if (world.interval(interval).interval > 0) result.work[Work::spectral] += result.emitted;
+  if (emitter.world().where().interval > 0) result.work[Work::spectral] += result.emitted;
   result.partial = cancelled;
   return result;
 }

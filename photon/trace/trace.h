@@ -11,7 +11,7 @@
 #include "photon/optics/work.h"
 #include "photon/trace/emission.h"
 #include "photon/trace/flux.h"
-#include "photon/world/world.h"
+#include "photon/world/spectral_world.h"
 
 namespace obscura {
 
@@ -39,26 +39,33 @@ struct FluxTally {
   FluxTally& operator+=(const FluxTally& other) noexcept;
 };
 
-struct TraceResult {
-  std::vector<Photon> photons;          ///< at collisions, in the order of batch, then emission
-  std::vector<Photon> surface_photons;  ///< at surfaces that reflect, likewise
+/// What photons did, but for those that are stored.
+struct PhotonTally {
   EnergyTally energy;
   std::vector<FluxTally> flux;  ///< one per rectangle
   std::uint64_t emitted = 0;    ///< number of photons
   WorkCounts work;
   double dropped_W = 0;         ///< power of what was not stored, below photon_power_min
   std::uint64_t anomalies = 0;  ///< non-finite or impossible values met (and left out)
-  bool partial = false;         ///< cancelled before the end
+
+  /// @pre as many rectangles, or none here
+  PhotonTally& operator+=(const PhotonTally& other);
+};
+
+struct TraceResult : PhotonTally {
+  std::vector<Photon> photons;          ///< at collisions, in the order of batch, then emission
+  std::vector<Photon> surface_photons;  ///< at surfaces that reflect, likewise
+  bool partial = false;                 ///< cancelled before the end
 };
 
 /// Traces the emitter's spectral interval (`settings.sources` have been chosen with it). The same bits for any number
 /// of threads.
-TraceResult trace_photons(const World& world, const PhotonEmitter& emitter, const TraceSettings& settings,
+TraceResult trace_photons(const PhotonEmitter& emitter, const TraceSettings& settings,
                           std::span<const FluxRectangle> rectangles = {}, const Progress& progress = {});
 
-inline TraceResult trace_photons(const World& world, int interval, const TraceSettings& settings,
+inline TraceResult trace_photons(SpectralWorld world, const TraceSettings& settings,
                                  std::span<const FluxRectangle> rectangles = {}, const Progress& progress = {}) {
-  return trace_photons(world, PhotonEmitter(world, interval, settings.sources), settings, rectangles, progress);
+  return trace_photons(PhotonEmitter(world, settings.sources), settings, rectangles, progress);
 }
 
 }  // namespace obscura

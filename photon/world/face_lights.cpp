@@ -7,24 +7,22 @@
 #include <set>
 
 #include "photon/optics/sampling.h"
-#include "photon/world/world.h"
+#include "photon/world/spectral_world.h"
 
 namespace obscura {
 namespace {
 
 /// A face's black radiance: the mean of its corners' where temperature varies over it.
-double mean_black(const World& world, int interval, const FaceId& face) noexcept {
-  const Object& object = world.objects()[face.surface];
-  if (!object.mesh || object.mesh->vertex_K.empty()) return world.black_radiance(interval, face, 0, 0);
-  return (world.black_radiance(interval, face, 0, 0) + world.black_radiance(interval, face, 1, 0) +
-          world.black_radiance(interval, face, 0, 1)) /
-         3;
+double mean_black(SpectralWorld world, const FaceId& face) noexcept {
+  const Object& object = world->objects()[face.surface];
+  if (!object.mesh || object.mesh->vertex_K.empty()) return world.black_radiance(face, 0, 0);
+  return (world.black_radiance(face, 0, 0) + world.black_radiance(face, 1, 0) + world.black_radiance(face, 0, 1)) / 3;
 }
 
 /// Flux that leaves one side of a face, W/m2.
-double exitance(const World& world, int interval, const FaceId& face) noexcept {
-  const MaterialOptics& material = world.material(interval, face);
-  return kPi * material.hemispherical_emissivity() * (1 - material.permeable()) * mean_black(world, interval, face);
+double exitance(SpectralWorld world, const FaceId& face) noexcept {
+  const MaterialOptics& material = world.material(face);
+  return kPi * material.hemispherical_emissivity() * (1 - material.permeable()) * mean_black(world, face);
 }
 
 using Corners = std::array<std::array<double, 3>, 3>;
@@ -83,23 +81,22 @@ const std::vector<bool>& TwinFaces::of(const Mesh& mesh) {
   return twins;
 }
 
-FaceLights::FaceLights(const World& world, int interval, TwinFaces& twin_faces)
-    : interval_(interval), emitter_of_(world.objects().size(), -1) {
-  std::set<decltype(body_of(world.objects().front()))> bodies;
+FaceLights::FaceLights(SpectralWorld world, TwinFaces& twin_faces) : emitter_of_(world->objects().size(), -1) {
+  std::set<decltype(body_of(world->objects().front()))> bodies;
   std::map<const Mesh*, std::shared_ptr<const std::vector<double>>> areas;
-  for (std::uint32_t o = 0; o < world.objects().size(); ++o) {
-    const Object& object = world.objects()[o];
+  for (std::uint32_t o = 0; o < world->objects().size(); ++o) {
+    const Object& object = world->objects()[o];
     if (!bodies.insert(body_of(object)).second) continue;
     const double sides = object.double_sided ? 2 : 1;
     double power = 0;
     Emitter emitter{o, nullptr};
     if (!object.mesh) {
-      power = exitance(world, interval, {o, 0}) * world.surfaces().area({o, 0});
+      power = exitance(world, {o, 0}) * world->surfaces().area({o, 0});
     } else if (!object.mesh->faces.empty()) {
       const Mesh& mesh = *object.mesh;
       const bool alike = mesh.slots.empty() && mesh.vertex_K.empty() && mesh.face_K.empty();
       std::shared_ptr<const std::vector<double>>* shared = alike ? &areas[&mesh] : nullptr;
-      if (alike && !(exitance(world, interval, {o, 0}) > 0)) continue;
+      if (alike && !(exitance(world, {o, 0}) > 0)) continue;
       if (shared && *shared) {
         emitter.sums = *shared;
       } else {
@@ -110,7 +107,7 @@ FaceLights::FaceLights(const World& world, int interval, TwinFaces& twin_faces)
         for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
           const FaceId face{o, f};
           const bool hidden = !twins.empty() && twins[f];
-          if (!hidden) sum += world.surfaces().area(face) * (alike ? 1.0 : exitance(world, interval, face));
+          if (!hidden) sum += world->surfaces().area(face) * (alike ? 1.0 : exitance(world, face));
           sums.push_back(sum);
         }
         emitter.sums = std::make_shared<const std::vector<double>>(std::move(sums));
@@ -121,9 +118,9 @@ FaceLights::FaceLights(const World& world, int interval, TwinFaces& twin_faces)
         double first = 0;
         for (std::uint32_t f = 0; f < mesh.faces.size() && !(first > 0); ++f) {
           const double step = (*emitter.sums)[f] - (f ? (*emitter.sums)[f - 1] : 0.0);
-          if (step > 0) first = world.surfaces().area({o, f}) / step;
+          if (step > 0) first = world->surfaces().area({o, f}) / step;
         }
-        power = emitter.sums->back() * first * exitance(world, interval, {o, 0});
+        power = emitter.sums->back() * first * exitance(world, {o, 0});
       } else {
         power = emitter.sums->back();
       }
@@ -136,15 +133,14 @@ FaceLights::FaceLights(const World& world, int interval, TwinFaces& twin_faces)
   }
 }
 
-double FaceLights::emission(const World& world, const Place& place, double cosine) const noexcept {
-  const MaterialOptics& material = world.material(interval_, place.id);
-  return world.black_radiance(interval_, place.id, place.u, place.v) * material.emissivity(cosine) *
-         (1 - material.permeable());
+double FaceLights::emission(SpectralWorld world, const Place& place, double cosine) const noexcept {
+  const MaterialOptics& material = world.material(place.id);
+  return world.black_radiance(place.id, place.u, place.v) * material.emissivity(cosine) * (1 - material.permeable());
 }
 
-FaceLights::Place FaceLights::sample(const World& world, double u, double v, double w) const noexcept {
+FaceLights::Place FaceLights::sample(SpectralWorld world, double u, double v, double w) const noexcept {
   const Emitter& emitter = objects_[choose(cumulative_, cumulative_.size(), u)];
-  const Object& object = world.objects()[emitter.object];
+  const Object& object = world->objects()[emitter.object];
   Place place;
   place.id.surface = emitter.object;
   const auto pick_side = [&] {
@@ -157,7 +153,7 @@ FaceLights::Place FaceLights::sample(const World& world, double u, double v, dou
   };
   if (!emitter.sums) {
     place.normal = uniform_direction(v, w);
-    const double radius = std::sqrt(world.surfaces().area(place.id) / (4 * kPi));
+    const double radius = std::sqrt(world->surfaces().area(place.id) / (4 * kPi));
     place.position = transform_point(object.local_to_world, Vec3d(0)) + radius * place.normal;
     place.u = place.v = 0;
     pick_side();
@@ -168,19 +164,19 @@ FaceLights::Place FaceLights::sample(const World& world, double u, double v, dou
   const double root = std::sqrt(v);
   place.u = root * (1 - w);
   place.v = root * w;
-  const std::array<Vec3d, 3> p = world.surfaces().corners(place.id);
+  const std::array<Vec3d, 3> p = world->surfaces().corners(place.id);
   place.position = p[0] + place.u * (p[1] - p[0]) + place.v * (p[2] - p[0]);
-  place.normal = world.surfaces().normal(place.id, place.position);
+  place.normal = world->surfaces().normal(place.id, place.position);
   pick_side();
   return place;
 }
 
-double FaceLights::density(const World& world, const FaceId& face) const noexcept {
+double FaceLights::density(SpectralWorld world, const FaceId& face) const noexcept {
   const int emitter = emitter_of_[face.surface];
   if (emitter < 0) return 0;
   const auto& sums = objects_[static_cast<std::size_t>(emitter)].sums;
   if (sums && !((*sums)[face.face] > (face.face ? (*sums)[face.face - 1] : 0.0))) return 0;  // no area, or a twin
-  return exitance(world, interval_, face) / power_;
+  return exitance(world, face) / power_;
 }
 
 }  // namespace obscura

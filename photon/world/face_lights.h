@@ -9,7 +9,7 @@
 
 namespace obscura {
 
-class World;
+class SpectralWorld;
 
 /// Faces that have their three corners in the places of an earlier face of their mesh: rays meet that one, so
 /// these neither shine nor are seen. Found when first asked for.
@@ -26,7 +26,7 @@ class TwinFaces {
 /// faces. Objects whose faces emit alike share the sums of their mesh's areas.
 class FaceLights {
  public:
-  FaceLights(const World& world, int interval, TwinFaces& twins);
+  FaceLights(SpectralWorld world, TwinFaces& twins);
 
   bool empty() const noexcept { return objects_.empty(); }
   /// Of all emitting sides, W.
@@ -40,13 +40,13 @@ class FaceLights {
   };
   /// A point: the side of a face in proportion to its power, then uniform on it.
   /// @param u, v, w uniform numbers
-  Place sample(const World& world, double u, double v, double w) const noexcept;
+  Place sample(SpectralWorld world, double u, double v, double w) const noexcept;
 
   /// Radiance that leaves the place at an angle to its normal, W/m2/sr; of a net, over its whole area.
-  double emission(const World& world, const Place& place, double cosine) const noexcept;
+  double emission(SpectralWorld world, const Place& place, double cosine) const noexcept;
 
   /// Probability per m2 of one side of a face with which sample() chooses it. 0 for what does not emit.
-  double density(const World& world, const FaceId& face) const noexcept;
+  double density(SpectralWorld world, const FaceId& face) const noexcept;
 
  private:
   struct Emitter {
@@ -54,7 +54,6 @@ class FaceLights {
     std::shared_ptr<const std::vector<double>> sums;  // over faces, of area or power; none: a sphere
   };
 
-  int interval_;
   double power_ = 0;
   std::vector<Emitter> objects_;
   std::vector<int> emitter_of_;     // of each object of the World; -1: none

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "photon/optics/sampling.h"
-#include "photon/world/world.h"
+#include "photon/world/spectral_world.h"
 
 namespace obscura {
 
@@ -11,12 +11,12 @@ namespace obscura {
 /// overlapping media at one place would see.
 class LocalScattering {
  public:
-  LocalScattering(const World& world, int interval, const Vec3d& point) noexcept {
-    for (int c = 0; c < world.cloud_count(); ++c) {
-      const CloudOptics& optics = world.optics(c, interval);
+  LocalScattering(SpectralWorld world, const Vec3d& point) noexcept {
+    for (int c = 0; c < world->cloud_count(); ++c) {
+      const CloudOptics& optics = world.optics(c);
       if (!optics.scatters()) continue;
-      const Octree& octree = *world.clouds()[static_cast<std::size_t>(c)].octree;
-      const Vec3d index = world.index_point(c, point);
+      const Octree& octree = *world->clouds()[static_cast<std::size_t>(c)].octree;
+      const Vec3d index = world->index_point(c, point);
       for (const CloudOptics::Part& part : optics.parts()) {
         const double scattering = part.scattering * static_cast<double>(octree.value(part.channel, index));
         if (scattering > 0 && count_ < kMost) {
@@ -29,9 +29,9 @@ class LocalScattering {
 
   /// Where a flight has collided: where there is only one medium, nothing has to be looked up. total() is then
   /// not known.
-  static LocalScattering at_collision(const World& world, int interval, const Vec3d& point) noexcept {
-    const CloudOptics::Part* only = world.only_medium(interval);
-    return only && only->scattering > 0 ? LocalScattering(*only) : LocalScattering(world, interval, point);
+  static LocalScattering at_collision(SpectralWorld world, const Vec3d& point) noexcept {
+    const CloudOptics::Part* only = world.only_medium();
+    return only && only->scattering > 0 ? LocalScattering(*only) : LocalScattering(world, point);
   }
 
   /// 1/m

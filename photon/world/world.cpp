@@ -1,9 +1,8 @@
-#include "photon/world/world.h"
-
 #include <algorithm>
 #include <utility>
 
 #include "octree/base/error.h"
+#include "photon/world/spectral_world.h"
 
 namespace obscura {
 World::World(WorldContents contents) : contents_(std::move(contents)) {
@@ -48,7 +47,7 @@ void World::place_clouds() {
     const Cloud& cloud = contents_.clouds[static_cast<std::size_t>(c)];
     bool acts = false;
     for (int i = 0; i < interval_count(); ++i) {
-      for (const CloudOptics::Part& part : optics(c, i).parts()) {
+      for (const CloudOptics::Part& part : SpectralWorld(*this, i).optics(c).parts()) {
         acts = acts || (part.extinction > 0 && cloud.octree->bounds(part.channel).max > 0);
       }
     }
@@ -85,79 +84,10 @@ void World::make_map_frame() {
   }
 }
 
-double World::extinction_in_map(int interval, const Vec3d& point) const noexcept {
-  double extinction = 0;
-  for (int c = 0; c < cloud_count(); ++c) {
-    const CloudFrame& f = frame(c);
-    const Octree& octree = *clouds()[static_cast<std::size_t>(c)].octree;
-    const Vec3d index = f.periodic() ? transform_point(f.local_to_index, f.wrap(transform_point(f.map_to_local, point)))
-                                     : transform_point(f.map_to_index, point);
-    for (const CloudOptics::Part& part : optics(c, interval).parts()) {
-      extinction += part.extinction * static_cast<double>(octree.value(part.channel, index));
-    }
-  }
-  return extinction;
-}
-
-bool World::attenuates(int interval) const noexcept {
-  for (int c = 0; c < cloud_count(); ++c) {
-    for (const CloudOptics::Part& part : optics(c, interval).parts()) {
-      if (part.extinction > 0) return true;
-    }
-  }
-  return false;
-}
-
-bool World::scatters(int interval) const noexcept {
-  for (int c = 0; c < cloud_count(); ++c) {
-    if (optics(c, interval).scatters()) return true;
-  }
-  return false;
-}
-
-bool World::emits(int interval) const noexcept {
-  for (int c = 0; c < cloud_count(); ++c) {
-    if (optics(c, interval).emits()) return true;
-  }
-  return false;
-}
-
-double World::largest_source(int interval) const noexcept {
-  double largest = 0;
-  for (int c = 0; c < cloud_count(); ++c) largest = std::max(largest, optics(c, interval).largest_source());
-  return largest;
-}
-
-bool World::glows(int interval) const noexcept {
-  return std::any_of(contents_.clouds.begin(), contents_.clouds.end(), [interval](const Cloud& cloud) {
-    return !cloud.emission.empty() && cloud.emission[static_cast<std::size_t>(interval)] > 0;
-  });
-}
-
-std::optional<double> World::uniform_source(int interval) const noexcept {
-  std::optional<double> result;
-  for (int c = 0; c < cloud_count(); ++c) {
-    const std::optional<double> one = optics(c, interval).uniform_source();
-    if (!one || (result && *result != *one)) return std::nullopt;
-    result = one;
-  }
-  return result;
-}
-
 Vec3d World::index_point(int cloud, const Vec3d& point) const noexcept {
   const CloudFrame& f = frame(cloud);
   if (!f.periodic()) return transform_point(f.world_to_index, point);
   return transform_point(f.local_to_index, f.wrap(transform_point(f.world_to_local, point)));
-}
-
-LocalOptics World::at(int interval, const Vec3d& point) const noexcept {
-  LocalOptics result;
-  for (int c = 0; c < cloud_count(); ++c) {
-    const Octree& octree = *clouds()[static_cast<std::size_t>(c)].octree;
-    const Vec3d index = index_point(c, point);
-    result += optics(c, interval).at([&](int channel) noexcept { return octree.value(channel, index); });
-  }
-  return result;
 }
 
 Vec3d World::wrap(const Vec3d& point) const noexcept {
@@ -165,14 +95,6 @@ Vec3d World::wrap(const Vec3d& point) const noexcept {
   const CloudFrame& f = frame(periodic_cloud_);
   const Affine& placed = clouds()[static_cast<std::size_t>(periodic_cloud_)].local_to_world;
   return transform_point(placed, f.wrap(transform_point(f.world_to_local, point)));
-}
-
-double World::background(int interval, const Vec3d& direction, bool discs) const noexcept {
-  double radiance = sky(interval);
-  for (const Sun& sun : suns()) {
-    if (discs && sun.covers(direction)) radiance += sun.radiance(interval);
-  }
-  return radiance;
 }
 
 }  // namespace obscura

@@ -103,9 +103,6 @@ class World {
   std::span<const Sun> suns() const noexcept { return suns_; }
   const std::optional<Atmosphere>& atmosphere() const noexcept { return contents_.atmosphere; }
   const std::vector<Beam>& beams() const noexcept { return contents_.beams; }
-  double sky(int interval) const noexcept {
-    return contents_.sky.empty() ? 0.0 : contents_.sky[static_cast<std::size_t>(interval)];
-  }
   const std::vector<Material>& materials() const noexcept { return contents_.materials; }
   const std::vector<Object>& objects() const noexcept { return contents_.objects; }
   /// Hot spheres first, then particles: the surfaces behind the objects.
@@ -116,9 +113,6 @@ class World {
   int interval_count() const noexcept { return static_cast<int>(intervals_.size()); }
   IntervalIndex interval(int index) const noexcept { return intervals_[static_cast<std::size_t>(index)]; }
 
-  const CloudOptics& optics(int cloud, int interval) const noexcept {
-    return optics_[static_cast<std::size_t>(interval * cloud_count() + cloud)];
-  }
   const CloudFrame& frame(int cloud) const noexcept { return frames_[static_cast<std::size_t>(cloud)]; }
   int cloud_count() const noexcept { return static_cast<int>(contents_.clouds.size()); }
 
@@ -135,53 +129,15 @@ class World {
   const Affine& map_to_world() const noexcept { return map_to_world_; }
   /// Sides of the periodic cell in the map's frame, m; 0 where it does not repeat.
   const Vec3d& map_period() const noexcept { return map_period_; }
-  /// Extinction at a point of the map's frame, 1/m.
-  double extinction_in_map(int interval, const Vec3d& point) const noexcept;
 
   bool periodic() const noexcept { return periodic_cloud_ >= 0; }
   /// Side vectors of the periodic cell in world metres; zero where not periodic.
   const std::array<Vec3d, 2>& period() const noexcept { return period_; }
 
-  /// A cloud absorbs or scatters.
-  bool attenuates(int interval) const noexcept;
-  bool scatters(int interval) const noexcept;
-  bool emits(int interval) const noexcept;
-  /// A cloud emits without absorbing.
-  bool glows(int interval) const noexcept;
-  /// Most that emission over extinction can be anywhere, W/m2/sr; infinite where a cloud may emit without absorbing.
-  double largest_source(int interval) const noexcept;
-  /// Emission over extinction where it is one number in every cloud, W/m2/sr.
-  std::optional<double> uniform_source(int interval) const noexcept;
-  /// The medium, where there is only one in the World: albedo and phase function are then the same
-  /// wherever light collides. Else null.
-  const CloudOptics::Part* only_medium(int interval) const noexcept {
-    return cloud_count() == 1 && optics(0, interval).parts().size() == 1 ? optics(0, interval).parts().data() : nullptr;
-  }
-
-  /// Optics at a point; periodic clouds repeat.
-  LocalOptics at(int interval, const Vec3d& point) const noexcept;
-  /// Optics where a flight has collided. Where the batched walk's rounding has carried the end out of
-  /// what the flight collided with, or where leaves are thick, the flight is walked again in double and the
-  /// end put right; it may turn out not to have collided.
-  LocalOptics at_collision(int interval, const Flight& flight, FreePath& end) const noexcept;
-  /// Whether some leaf may be so thick that at_collision() walks flights again.
-  bool has_thick_leaves(int interval) const noexcept;
   /// A point moved into the first periodic cell.
   Vec3d wrap(const Vec3d& point) const noexcept;
   /// The index-space point of a cloud, wrapped into its cell where it is periodic.
   Vec3d index_point(int cloud, const Vec3d& point) const noexcept;
-
-  /// Radiance from beyond all clouds, W/m2/sr: the sky, and the discs of sun and moon where the ray meets
-  /// them.
-  double background(int interval, const Vec3d& direction, bool discs = true) const noexcept;
-
-  /// Extinction of the air, 1/m, and the radiance of a black body at its temperature, W/m2/sr.
-  double air_extinction(int interval) const noexcept {
-    return atmosphere() ? atmosphere()->extinction[static_cast<std::size_t>(interval)] : 0.0;
-  }
-  double air_radiance(int interval) const noexcept {
-    return atmosphere() ? atmosphere()->radiance[static_cast<std::size_t>(interval)] : 0.0;
-  }
 
   /// The first surface in the ray's way. Where materials are permeable, numbers of the stream decide which
   /// are passed through.
@@ -189,26 +145,10 @@ class World {
   /// Whether there are such materials; else surfaces() alone tells.
   bool permeable() const noexcept { return permeable_; }
   bool blocked(const Ray& ray, FaceId from, Stream& stream) const noexcept;
-  /// What the ray has met there; the hit has to exist.
-  SurfacePoint surface_at(int interval, const Ray& ray, const SurfaceHit& hit) const noexcept;
-  /// The material of a face of an object.
-  const MaterialOptics& material(int interval, const FaceId& face) const noexcept;
-  /// Radiance of a black body with the temperature (or with the given radiance) of a point on a face of an
-  /// object, W/m2/sr.
-  double black_radiance(int interval, const FaceId& face, double u, double v) const noexcept;
-  /// Faces of objects that emit.
-  const FaceLights& face_lights(int interval) const noexcept {
-    return face_lights_[static_cast<std::size_t>(interval)];
-  }
-  /// A surface of an object at any interval reflects.
-  bool surfaces_reflect(int interval) const noexcept { return surfaces_reflect_[static_cast<std::size_t>(interval)]; }
-
-  /// Optical depth of all clouds along each ray. Deterministic per ray. Scratch is allocated.
-  void optical_depths(int interval, std::span<const Ray> rays, std::span<double> depths) const;
-  /// Goes along each ray until the target depth is reached (collided) or the ray ends.
-  void reach_depths(int interval, std::span<const Flight> flights, std::span<FreePath> ends) const;
 
  private:
+  friend class SpectralWorld;  // what depends on the interval is asked there
+
   void make_map_frame();
   void place_clouds();
   void place_surfaces();

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "photon/world/world.h"
+#include "photon/world/spectral_world.h"
 
 namespace obscura {
 
@@ -63,14 +63,15 @@ void World::light_surfaces() {
     surfaces_reflect_.push_back(reflect);
   }
   TwinFaces twins;
-  for (int i = 0; i < interval_count(); ++i) face_lights_.emplace_back(*this, i, twins);
+  for (int i = 0; i < interval_count(); ++i) face_lights_.emplace_back(SpectralWorld(*this, i), twins);
 }
 
 SurfaceHit World::meet(const Ray& ray, FaceId from, Stream& stream) const noexcept {
   SurfaceHit hit = surfaces_.intersect(ray, from);
   if (!permeable_) return hit;
   Ray rest = ray;
-  while (hit.exists() && hit.id.surface < objects().size() && stream.uniform() < material(0, hit.id).permeable()) {
+  while (hit.exists() && hit.id.surface < objects().size() &&
+         stream.uniform() < SpectralWorld(*this, 0).material(hit.id).permeable()) {
     rest.t_min = hit.t;
     hit = surfaces_.intersect(rest, hit.id);
   }
@@ -84,48 +85,6 @@ bool World::blocked(const Ray& ray, FaceId from, Stream& stream) const noexcept 
 std::size_t World::slot_of(const FaceId& face) const noexcept {
   const Object& object = contents_.objects[face.surface];
   return object.mesh && !object.mesh->slots.empty() ? object.mesh->slots[face.face] : 0;
-}
-
-const MaterialOptics& World::material(int interval, const FaceId& face) const noexcept {
-  const Object& object = contents_.objects[face.surface];
-  return materials_[static_cast<std::size_t>(interval) * contents_.materials.size() +
-                    static_cast<std::size_t>(object.materials[slot_of(face)])];
-}
-
-double World::black_radiance(int interval, const FaceId& face, double u, double v) const noexcept {
-  const Object& object = contents_.objects[face.surface];
-  const bool given = !object.radiance.empty() && object.radiance[static_cast<std::size_t>(interval)];
-  const std::optional<PlanckTable>& planck = mesh_planck_[static_cast<std::size_t>(interval)];
-  if (object.mesh && planck && !given) {
-    const Mesh& mesh = *object.mesh;
-    double K = std::numeric_limits<double>::quiet_NaN();
-    if (!mesh.vertex_K.empty()) {
-      const auto& f = mesh.faces[face.face];
-      K = (1 - u - v) * static_cast<double>(mesh.vertex_K[f[0]]) + u * static_cast<double>(mesh.vertex_K[f[1]]) +
-          v * static_cast<double>(mesh.vertex_K[f[2]]);
-    } else if (!mesh.face_K.empty()) {
-      K = static_cast<double>(mesh.face_K[face.face]);
-    }
-    if (K == K) return (*planck)(K);
-  }
-  return black_[static_cast<std::size_t>(interval) * slot_count_ + first_slots_[face.surface] + slot_of(face)];
-}
-
-SurfacePoint World::surface_at(int interval, const Ray& ray, const SurfaceHit& hit) const noexcept {
-  SurfacePoint point;
-  point.id = hit.id;
-  point.position = ray.at(hit.t);
-  point.normal = surfaces_.normal(hit.id, point.position);
-  const double along = -point.normal.dot(ray.direction);
-  point.cosine = std::min(std::abs(along), 1.0);
-  if (along < 0) point.normal = -point.normal;
-  if (hit.id.surface >= objects().size()) {
-    point.black = spheres_[hit.id.surface - objects().size()].radiance[static_cast<std::size_t>(interval)];
-  } else if (along > 0 || objects()[hit.id.surface].double_sided) {
-    point.material = &material(interval, hit.id);
-    point.black = black_radiance(interval, hit.id, hit.u, hit.v);
-  }
-  return point;
 }
 
 }  // namespace obscura

@@ -10,19 +10,19 @@
 
 #include "octree/tree/walk.h"
 #include "photon/world/footprint.h"
-#include "photon/world/world.h"
+#include "photon/world/spectral_world.h"
 
 namespace obscura {
 
 /// One cloud's non-empty segments along a ray.
 class CloudStream {
  public:
-  CloudStream(const World& world, int cloud, int interval, const Ray& ray, CoarseCells* coarse = nullptr) noexcept
-      : cloud_(&world.clouds()[static_cast<std::size_t>(cloud)]),
-        optics_(&world.optics(cloud, interval)),
-        cells_(world.frame(cloud), ray),
+  CloudStream(SpectralWorld world, int cloud, const Ray& ray, CoarseCells* coarse = nullptr) noexcept
+      : cloud_(&world->clouds()[static_cast<std::size_t>(cloud)]),
+        optics_(&world.optics(cloud)),
+        cells_(world->frame(cloud), ray),
         coarse_(coarse),
-        voxel_m_(world.frame(cloud).voxel_m) {
+        voxel_m_(world->frame(cloud).voxel_m) {
     next();
   }
 
@@ -90,9 +90,9 @@ class WorldWalk {
  public:
   /// @param coarse null: by leaves alone. Else it decides which cells are taken whole, and the caller must call
   ///               coarse->passed(depth, transmission) after every segment
-  WorldWalk(const World& world, int interval, const Ray& ray, CoarseCells* coarse = nullptr) noexcept {
-    for (int cloud = 0; cloud < world.cloud_count(); ++cloud) {
-      const CloudStream* stream = new (slot(count_)) CloudStream(world, cloud, interval, ray, coarse);
+  WorldWalk(SpectralWorld world, const Ray& ray, CoarseCells* coarse = nullptr) noexcept {
+    for (int cloud = 0; cloud < world->cloud_count(); ++cloud) {
+      const CloudStream* stream = new (slot(count_)) CloudStream(world, cloud, ray, coarse);
       if (stream->begin() < kInfinity) ++count_;
     }
   }

@@ -73,7 +73,8 @@ class Trials {
     best_.most_photons = goal_.most_photons;
     bool scatters = false;
     for (int i = 0; i < session_.world().interval_count(); ++i) {
-      scatters = scatters || session_.world().scatters(i) || session_.world().surfaces_reflect(i);
+      const SpectralWorld world(session_.world(), i);
+      scatters = scatters || world.scatters() || world.surfaces_reflect();
     }
     if (!scatters) {
       // Photons would bring nothing.

@@ -135,7 +135,7 @@ std::optional<double> noise_K(const DetectorSettings& detector, std::span<const 
 void warn_of_blur(Session& cloudy, const Method& method, std::vector<std::string>& warnings) {
   if (method.type != &kPhotonMap) return;
   for (int i = 0; i < cloudy.world().interval_count(); ++i) {
-    if (!cloudy.world().surfaces_reflect(i)) continue;
+    if (!SpectralWorld(cloudy.world(), i).surfaces_reflect()) continue;
     warnings.emplace_back(
         "surfaces reflect and nothing is gathered: the blur of the photon map, which no interval holds, may be larger "
         "than the contrast; compare with --method path");

@@ -251,7 +251,8 @@ StudyTraits traits_of(const Description& scene, const World& world, const Method
   StudyTraits traits;
   traits.scatters = false;
   for (int i = 0; i < world.interval_count(); ++i)
-    traits.scatters = traits.scatters || world.scatters(i) || world.surfaces_reflect(i);
+    traits.scatters =
+        traits.scatters || SpectralWorld(world, i).scatters() || SpectralWorld(world, i).surfaces_reflect();
   traits.clouds = !scene.clouds.empty();
   traits.depth_limited = scene.sensor.scattering_depth.has_value();
 

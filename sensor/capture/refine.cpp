@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "octree/base/error_scale.h"
+#include "photon/world/spectral_world.h"
 #include "sensor/capture/pool.h"
 
 namespace obscura {
@@ -85,7 +86,8 @@ Refiner::Refiner(const World& world, const RadianceEstimator& estimator, const S
       most_(std::max(1, sampler.settings().max_oversampling / (settings_->error ? 2 : 1))) {
   rays_decide_ = world.cloud_count() > 0 && (settings_->transmission || settings_->radiance);
   for (int i = 0; i < world.interval_count(); ++i) {
-    rays_decide_ = rays_decide_ || (world.surfaces_reflect(i) && (settings_->radiance || settings_->shadow));
+    rays_decide_ =
+        rays_decide_ || (SpectralWorld(world, i).surfaces_reflect() && (settings_->radiance || settings_->shadow));
   }
 
   find_wanted(Film({{columns_, rows_of_pixels_}, 1}));

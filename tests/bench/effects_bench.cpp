@@ -130,7 +130,7 @@ class Program {
     for (std::size_t i = 0; i < rays.size(); ++i) histories_.push_back(i);
   }
   void operator()(std::vector<double>& radiance) {
-    incoming_radiance(world_, 0, nullptr, settings_, rays_, histories_, incoming_);
+    incoming_radiance({world_, 0}, nullptr, settings_, rays_, histories_, incoming_);
     for (std::size_t i = 0; i < rays_.size(); ++i) radiance[i] = incoming_[i].direct;
   }
 
@@ -206,7 +206,7 @@ int main(int argc, char** argv) {
     contents.sky = {0};
     contents.sun = Sun{Vec3d(0.3, -0.4, 0.8).normalized(), {kSun}, 0};
     const World world(std::move(contents));
-    const PhotonEmitter emitter(world, 0);
+    const PhotonEmitter emitter({world, 0});
     TraceSettings settings;
     settings.photons = 16 * 2048;
     // What is compared is how many are stored.
@@ -216,7 +216,7 @@ int main(int argc, char** argv) {
     };
     bench.compare(
         "e  photons of a sun, no surfaces", static_cast<double>(settings.photons), 1e-3,
-        [&](std::vector<double>& radiance) { spread(trace_photons(world, emitter, settings).photons, radiance); },
+        [&](std::vector<double>& radiance) { spread(trace_photons(emitter, settings).photons, radiance); },
         [&](std::vector<double>& radiance) {
           double absorbed;
           spread(minimal_photons(world, emitter, settings.photons, absorbed), radiance);

@@ -146,7 +146,7 @@ void measure(const std::string& name, const openvdb::FloatGrid::Ptr& grid, const
   contents.clouds.push_back(cloud);
   contents.sky = {0.0};
   const World world(std::move(contents));
-  const double source = world.largest_source(0);
+  const double source = SpectralWorld(world, 0).largest_source();
 
   for (const double width : {1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0}) {
     std::vector<Ray> rays;
@@ -159,21 +159,21 @@ void measure(const std::string& name, const openvdb::FloatGrid::Ptr& grid, const
     FootprintCounts counts;
     std::uint64_t segments = 0;
     for (const Ray& ray : rays) {
-      WorldWalk walk(world, 0, ray);
+      WorldWalk walk({world, 0}, ray);
       while (walk.next()) ++segments;
     }
     // In turns, the fastest of each counts.
     double batch = kInfinity, fine = kInfinity, coarse = kInfinity, coarse_depth = kInfinity;
     for (int round = 0; round < options.rounds; ++round) {
-      batch = std::min(batch, seconds([&] { world.optical_depths(0, rays, depths); }));
+      batch = std::min(batch, seconds([&] { SpectralWorld(world, 0).optical_depths(rays, depths); }));
       fine = std::min(fine, seconds([&] {
-                        for (std::size_t i = 0; i < n; ++i) light[i] = detail::light_along(world, 0, rays[i]);
+                        for (std::size_t i = 0; i < n; ++i) light[i] = detail::light_along({world, 0}, rays[i]);
                       }));
       coarse = std::min(coarse, seconds([&] {
                           counts = {};
                           for (std::size_t i = 0; i < n; ++i) {
                             CoarseCells cells({width, 0}, options.tolerance, source);
-                            coarse_light[i] = detail::light_along(world, 0, rays[i], &cells);
+                            coarse_light[i] = detail::light_along({world, 0}, rays[i], &cells);
                             coarse_depths[i] = cells.depth();
                             counts += cells.counts();
                           }
@@ -182,7 +182,7 @@ void measure(const std::string& name, const openvdb::FloatGrid::Ptr& grid, const
                                 double sum = 0;
                                 for (const Ray& ray : rays) {
                                   CoarseCells cells({width, 0}, options.tolerance, 0);
-                                  WorldWalk walk(world, 0, ray, &cells);
+                                  WorldWalk walk({world, 0}, ray, &cells);
                                   while (walk.next()) {
                                     const double depth = walk.optics().extinction * (walk.end() - walk.begin());
                                     cells.passed(depth, std::exp(-cells.depth() - depth));

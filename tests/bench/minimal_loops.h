@@ -90,7 +90,7 @@ inline Radiances surfaces_only(const World& world, const std::vector<Ray>& rays)
     for (std::size_t i = 0; i < rays.size(); ++i) {
       const SurfaceHit hit = world.surfaces().intersect(rays[i]);
       if (hit.exists()) {
-        const SurfacePoint at = world.surface_at(0, rays[i], hit);
+        const SurfacePoint at = SpectralWorld(world, 0).surface_at(rays[i], hit);
         radiance[i] = at.emission(at.cosine);
       } else {
         radiance[i] = kSky;
@@ -108,7 +108,7 @@ inline Radiances cloud_and_surfaces(const World& world, const std::vector<Ray>& 
       ends[i].t_max = hit.t;
       behind[i] = kSky;
       if (hit.exists()) {
-        const SurfacePoint at = world.surface_at(0, rays[i], hit);
+        const SurfacePoint at = SpectralWorld(world, 0).surface_at(rays[i], hit);
         behind[i] = at.emission(at.cosine);
       }
     }

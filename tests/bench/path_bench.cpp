@@ -219,8 +219,11 @@ void compare(const char* name, const openvdb::FloatGrid::Ptr& grid, double depth
     paths.paths = 2;
     paths.seed = static_cast<std::uint64_t>(repeat + 1);
     std::vector<Incoming> incoming(rays.size());
-    ours.add([&] { path_radiance(world, 0, paths, rays, histories, incoming); },
-             [&](std::size_t r) { return incoming[r].total(); }, rays.size());
+    ours.add(
+        [&] {
+          path_radiance({world, 0}, paths, rays, histories, incoming);
+        },
+        [&](std::size_t r) { return incoming[r].total(); }, rays.size());
     const auto track = [&](const auto& tracker) {
       return [&](std::size_t r) {
         Random random{(static_cast<std::uint64_t>(repeat) << 32) + r * 0x2545F4914F6CDD1Du};

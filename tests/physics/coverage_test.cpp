@@ -65,7 +65,7 @@ TEST_CASE("over 200 seeds the pixels' intervals hold the path tracer's values in
     return render(world,
                   [&](int interval, const RayShare&, std::span<const Ray> all, std::span<const std::uint64_t> histories,
                       std::span<Incoming> incoming) {
-                    return path_radiance(world, interval, settings, all, histories, incoming);
+                    return path_radiance({world, interval}, settings, all, histories, incoming);
                   },
                   camera, {.max_oversampling = rays, .seed = seed})
         .film;

@@ -25,7 +25,7 @@ BatchMean difference(const BatchTally& a, const BatchTally& b) {
 BatchTally absorbed_by_fluence(const World& world, const PhotonMap& map) {
   BatchTally absorbed{};
   const Octree& octree = *world.clouds()[0].octree;
-  const CloudOptics& optics = world.optics(0, 0);
+  const CloudOptics& optics = SpectralWorld(world, 0).optics(0);
   GatherSettings gather;
   gather.nearest = 40;  // a narrow kernel: less blur, and the sum needs no quiet single values
   octree.for_each_leaf([&](const Cell& cell, std::span<const float> values) {
@@ -34,7 +34,7 @@ BatchTally absorbed_by_fluence(const World& world, const PhotonMap& map) {
     const Vec3d middle = 0.1 * (Vec3d(cell.corner) + Vec3d(0.5 * std::exp2(cell.level)));
     const Estimate fluence = estimate(
         map, transform_point(world.world_to_map(), middle),
-        [&](const Vec3d& y) noexcept { return world.extinction_in_map(0, y); },
+        [&](const Vec3d& y) noexcept { return SpectralWorld(world, 0).extinction_in_map(y); },
         [](const Vec3d&) noexcept { return 1.0; }, gather);
     for (std::size_t b = 0; b < absorbed.size(); ++b) {
       absorbed[b] += (local.extinction - local.scattering) * fluence.batch[b] * side * side * side / kBatches;
@@ -65,7 +65,7 @@ TEST_CASE("emitted power is absorbed, escaped, on surfaces or cut off, and nothi
   }
   // The power is that of the sources, which are known.
   const double emitted = of(energy.emitted).mean;
-  CHECK(emitted == Approx(PhotonEmitter(world, 0).power()).epsilon(1e-3));
+  CHECK(emitted == Approx(PhotonEmitter({world, 0}).power()).epsilon(1e-3));
 }
 
 TEST_CASE("a sun's photons carry its irradiance over the disc that covers the bounds", "[physics][energy]") {
@@ -73,7 +73,7 @@ TEST_CASE("a sun's photons carry its irradiance over the disc that covers the bo
   contents.sun = Sun{Vec3d(1, 2, 2).normalized(), {5}, 0.0093};
   const World world(std::move(contents));
   const double radius = 0.5 * std::sqrt(3.0) * kRoughSide * 0.1;
-  CHECK(PhotonEmitter(world, 0).power() == Approx(5 * kPi * radius * radius).epsilon(1e-12));
+  CHECK(PhotonEmitter({world, 0}).power() == Approx(5 * kPi * radius * radius).epsilon(1e-12));
 }
 
 TEST_CASE("absorbed power is the same by roulette, by the map's fluence and by what escapes", "[physics][energy]") {

@@ -59,7 +59,7 @@ TEST_CASE("e2: boxes let light out of every side", "[physics][reference][box]") 
       TraceSettings settings;
       settings.photons = 30000;
       settings.seed = run + 1;
-      const TraceResult traced = trace_photons(world, 0, settings, rectangles);
+      const TraceResult traced = trace_photons({world, 0}, settings, rectangles);
       for (std::size_t s = 0; s < 6; ++s) {
         for (const double value : traced.flux[s].forward) out[s].push_back(kBatches * value / incident);
       }
@@ -94,7 +94,7 @@ TEST_CASE("e2: boxes let light out of every side", "[physics][reference][box]") 
               {rectangles[s].center + (u[0] - 0.5) * rectangles[s].side_u + (u[1] - 0.5) * rectangles[s].side_v,
                world.suns()[0].toward, 0, kInfinity});
         }
-        world.optical_depths(0, rays, depths);
+        SpectralWorld(world, 0).optical_depths(rays, depths);
         Stream stream(1, 0, 0);
         for (std::size_t i = 0; i < kPoints; ++i) {
           if (!world.blocked(rays[i], {}, stream)) sunlit += cosine / incident * std::exp(-depths[i]) / kPoints;
@@ -179,7 +179,7 @@ TEST_CASE("e1: the step cloud, column by column", "[physics][reference][box]") {
       TraceSettings settings;
       settings.photons = 10000;
       settings.seed = static_cast<std::uint64_t>(10 * experiment + run);
-      const TraceResult traced = trace_photons(world, 0, settings, rectangles);
+      const TraceResult traced = trace_photons({world, 0}, settings, rectangles);
       for (std::size_t b = 0; b < kBatches; ++b) {
         const std::size_t k = static_cast<std::size_t>(run * kBatches) + b;
         for (std::size_t r = 0; r < 64; ++r) {

@@ -33,7 +33,7 @@ MapRadiance map_average(const World& world, const Light& light, int count, const
     histories.push_back(static_cast<std::uint64_t>(i));
   }
   std::vector<Incoming> incoming(rays.size());
-  incoming_radiance(world, 0, &light.maps[0], settings, rays, histories, incoming);
+  incoming_radiance({world, 0}, &light.maps[0], settings, rays, histories, incoming);
   Moments total;
   std::array<double, kBatches> batches{};
   for (const Incoming& in : incoming) {

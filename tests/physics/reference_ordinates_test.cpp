@@ -58,7 +58,7 @@ TEST_CASE("d1, d2: ordinates find what slabs reflect, transmit and absorb", "[ph
       if (number("g") > 0.9) continue;  // S16 holds little of it
       INFO(file << ", row " << row << ": tau " << number("tau") << ", w " << number("w") << ", mu0 " << number("mu0"));
       const World world = lit({{number("tau"), number("w"), row_phase(csv, row), 0}}, number("mu0"));
-      const OrdinatesReferee referee(world, 0, slab_settings(isotropic ? (number("tau") > 2 ? 128 : 48) : 32, 16));
+      const OrdinatesReferee referee({world, 0}, slab_settings(isotropic ? (number("tau") > 2 ? 128 : 48) : 32, 16));
       held.check(referee.left(2, 1), number("mu0"), number("R"));
       held.check(referee.left(2, 0), number("mu0"), number("T_diffuse"));
       held.check(referee.absorbed(), number("mu0"), number("A"));
@@ -84,7 +84,7 @@ TEST_CASE("d1, d2: ordinates find radiances", "[physics][reference][ordinates]")
         INFO(file << ", tau " << number("tau") << ", w " << number("w") << ", mu0 " << number("mu0") << ", g "
                   << number("g"));
         const World world = lit({{number("tau"), number("w"), row_phase(csv, row), 0}}, number("mu0"));
-        const OrdinatesReferee referee(world, 0, slab_settings(isotropic ? (number("tau") > 2 ? 160 : 64) : 32, 16));
+        const OrdinatesReferee referee({world, 0}, slab_settings(isotropic ? (number("tau") > 2 ? 160 : 64) : 32, 16));
         std::vector<Ray> rays;
         for (std::size_t i = row; i < end; ++i) {
           const double mu = csv.number(i, "mu"), phi = csv.has("phi_deg") ? csv.number(i, "phi_deg") * kPi / 180 : 0;
@@ -117,7 +117,7 @@ TEST_CASE("d3: ordinates find what isothermal and linear slabs emit", "[physics]
     const World world(number("B_top") == number("B_bot")
                           ? stack_contents({{layer}, kSide, 0, 0})
                           : linear_source_contents(layer, number("B_top"), number("B_bot"), 32, kSide));
-    const OrdinatesReferee referee(world, 0, slab_settings(32, 16));
+    const OrdinatesReferee referee({world, 0}, slab_settings(32, 16));
     held.check(referee.left(2, 1), kPi, number("Fup_over_pi"));
     held.check(referee.left(2, 0), kPi, number("Fdn_over_pi"));
   }
@@ -135,10 +135,10 @@ TEST_CASE("d5: ordinates pass slabs up to a depth of 100,000 that do not absorb"
     INFO("tau " << tau << ", mu0 " << mu0);
     const World world = lit({{tau, 1, hg(0), 0}}, mu0);
     if (tau < 200) {
-      const OrdinatesReferee referee(world, 0, slab_settings(160, 16));
+      const OrdinatesReferee referee({world, 0}, slab_settings(160, 16));
       resolved.check(referee.left(2, 0), mu0, csv.number(row, "T_doubling") - std::exp(-tau / mu0));
     } else {
-      const OrdinatesSolution solution = solve_ordinates(world, 0, slab_settings(48, 16));
+      const OrdinatesSolution solution = solve_ordinates({world, 0}, slab_settings(48, 16));
       CHECK(thick.within(solution.powers().left[2][0] / mu0, csv.number(row, "T_asymptotic"), 0.01));
     }
   }
@@ -154,7 +154,7 @@ TEST_CASE("d6, d7: ordinates agree with DISORT's problems and with stacks of lay
       if (csv.text(row, "test")[0] > '4') continue;
       INFO("problem " << csv.text(row, "test"));
       const World world = lit({{number("tau"), number("w"), disort_phase(csv.text(row, "test")[0]), 0}}, number("mu0"));
-      const OrdinatesReferee referee(world, 0, slab_settings(number("tau") > 2 ? 128 : 48, 16));
+      const OrdinatesReferee referee({world, 0}, slab_settings(number("tau") > 2 ? 128 : 48, 16));
       held.check(referee.left(2, 1), 1, number("Fup") / number("F0"));
       held.check(referee.left(2, 0), 1, number("Fdn_diffuse") / number("F0"));
     }
@@ -167,7 +167,7 @@ TEST_CASE("d6, d7: ordinates agree with DISORT's problems and with stacks of lay
     const double mu0 = stacks.number(row, "mu0");
     INFO(stacks.text(row, "case") << " " << mu0);
     const World world(stack_contents({layers, kSide, beam ? mu0 : 0, beam ? 0.0 : 1.0}));
-    const OrdinatesReferee referee(world, 0, slab_settings(32 * static_cast<int>(layers.size()), 16));
+    const OrdinatesReferee referee({world, 0}, slab_settings(32 * static_cast<int>(layers.size()), 16));
     if (beam) {
       held.check(referee.left(2, 1), mu0, stacks.number(row, "R"));
       held.check(referee.left(2, 0), mu0, stacks.number(row, "T"), 2e-3);
@@ -185,7 +185,7 @@ TEST_CASE("h3: ordinates see nearly conservative slabs absorb", "[physics][refer
     const double tau = number("tau"), mu0 = number("mu0");
     INFO("tau " << tau << ", 1 - w " << number("one_minus_w") << ", mu0 " << mu0 << ", g " << number("g"));
     const World world = lit({{tau, 1 - number("one_minus_w"), hg(number("g")), 0}}, mu0);
-    const OrdinatesReferee referee(world, 0, slab_settings(number("g") > 0 ? 32 : tau > 20 ? 160 : 48, 16));
+    const OrdinatesReferee referee({world, 0}, slab_settings(number("g") > 0 ? 32 : tau > 20 ? 160 : 48, 16));
     held.check(referee.absorbed(), mu0 * number("one_minus_w"), number("mean_collisions"), 0);
   }
 }
@@ -201,7 +201,7 @@ TEST_CASE("b1, b2: ordinates find spheres of voxels, the closer the finer they a
     const World world(std::move(contents));
     OrdinatesSettings settings;
     settings.cells = Vec3i(cells);
-    const OrdinatesSolution solution = solve_ordinates(world, 0, settings);
+    const OrdinatesSolution solution = solve_ordinates({world, 0}, settings);
     double out = 0;
     for (const auto& sides : solution.powers().left) out += sides[0] + sides[1];
     return out / (source ? solution.powers().emitted : 4 * kPi * kPi * radius * radius);
@@ -251,7 +251,7 @@ TEST_CASE("e2: ordinates find boxes", "[physics][reference][ordinates]") {
     OrdinatesSettings settings;
     settings.cells = Vec3i(24);
     settings.order = 12;
-    const OrdinatesSolution solution = solve_ordinates(world, 0, settings);
+    const OrdinatesSolution solution = solve_ordinates({world, 0}, settings);
     const OrdinatesPowers& powers = solution.powers();
     CHECK(verified.within(powers.left[2][1], row_of("box_P1", "R"), 0.01));
     CHECK(verified.within(powers.left[2][0] + std::exp(-10.0), row_of("box_P1", "T"), 0.01));
@@ -270,7 +270,7 @@ TEST_CASE("e2: ordinates find boxes", "[physics][reference][ordinates]") {
   OrdinatesSettings settings;
   settings.cells = Vec3i(16);
   settings.order = 12;
-  const OrdinatesSolution solution = solve_ordinates(world, 0, settings);
+  const OrdinatesSolution solution = solve_ordinates({world, 0}, settings);
   CHECK(verified.within(solution.powers().left[2][1] / kPi, row_of("box_P4", "R") + row_of("box_P4", "T"), 0.01));
   CHECK(verified.within(solution.powers().absorbed / (2 * kPi), row_of("box_P4", "A"), 0.01));
 }
@@ -289,7 +289,7 @@ TEST_CASE("e1: ordinates find the step cloud's means", "[physics][reference][ord
     OrdinatesSettings settings;
     settings.cells = Vec3i(32, 1, 24);
     settings.order = 12;
-    const OrdinatesSolution solution = solve_ordinates(world, 0, settings);
+    const OrdinatesSolution solution = solve_ordinates({world, 0}, settings);
     const double unit = mu0 * 500 * 500;
     for (std::size_t row = 0; row < csv.size(); ++row) {
       if (static_cast<int>(csv.number(row, "exp")) != experiment) continue;

@@ -42,10 +42,10 @@ TEST_CASE("b1, b2: spheres of voxels emit and let out what the tables say", "[ph
     TraceSettings settings;
     settings.photons = number("R") * number("w") > 4 ? 10000 : 40000;
     settings.seed = row;
-    const TraceResult traced = trace_photons(world, 0, settings);
+    const TraceResult traced = trace_photons({world, 0}, settings);
     BatchTally collisions{};
     for (const Photon& photon : traced.photons) collisions[photon.batch] += static_cast<double>(photon.power);
-    const double power = PhotonEmitter(world, 0).power();
+    const double power = PhotonEmitter({world, 0}).power();
     CHECK(power == Approx(4 * kPi / 3 * radius * radius * radius).epsilon(1e-5));
     BatchTally escaped = traced.energy.escaped;
     for (double& value : escaped) value *= kBatches / power;
@@ -163,7 +163,7 @@ TEST_CASE("e4: spheres in even light and in a beam", "[physics][reference][spher
     const World world(std::move(contents));
     TraceSettings settings;
     settings.photons = 100000;
-    const TraceResult traced = trace_photons(world, 0, settings);
+    const TraceResult traced = trace_photons({world, 0}, settings);
     const double incident = (sky ? 4 * kPi : 1) * kPi * radius * radius;
     BatchTally absorbed = traced.energy.absorbed, collisions{};
     for (const Photon& photon : traced.photons)
@@ -260,7 +260,7 @@ TEST_CASE("h4: in a furnace all is black, and what does not absorb lets all ligh
     const Ray ray{{-3, 1.3, 1.7}, Vec3d(1, 0.1, 0.05).normalized(), 0, kInfinity};
     const std::uint64_t history = 0;
     Incoming in;
-    path_radiance(world, 0, {}, {&ray, 1}, {&history, 1}, {&in, 1});
+    path_radiance({world, 0}, {}, {&ray, 1}, {&history, 1}, {&in, 1});
     CHECK(in.total() == 0.7);
     CHECK(in.transmission == 1);
     empty.within(in.total(), 0.7, 0);
@@ -272,7 +272,7 @@ TEST_CASE("h4: in a furnace all is black, and what does not absorb lets all ligh
     contents.sky = {1};
     TraceSettings settings;
     settings.photons = 20000;
-    const TraceResult traced = trace_photons(World(std::move(contents)), 0, settings);
+    const TraceResult traced = trace_photons({World(std::move(contents)), 0}, settings);
     double in = 0, out = 0;
     for (std::size_t b = 0; b < kBatches; ++b) {
       in += traced.energy.emitted[b];

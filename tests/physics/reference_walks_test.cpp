@@ -39,7 +39,7 @@ void trace_many(const World& world, std::uint64_t photons, std::uint64_t seed, s
     settings.photons = photons / kRuns;
     settings.seed = kRuns * seed + static_cast<std::uint64_t>(run);
     settings.scattering_depth = depth;
-    visit(trace_photons(world, 0, settings), static_cast<std::size_t>(kBatches * run));
+    visit(trace_photons({world, 0}, settings), static_cast<std::size_t>(kBatches * run));
   }
 }
 

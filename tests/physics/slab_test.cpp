@@ -55,7 +55,7 @@ Fluxes fluxes(const World& world, std::uint64_t photons) {
   const FluxRectangle rectangles[] = {plane(1.5), plane(-0.5)};
   TraceSettings settings;
   settings.photons = photons;
-  const TraceResult result = trace_photons(world, 0, settings, rectangles);
+  const TraceResult result = trace_photons({world, 0}, settings, rectangles);
   const auto of = [](BatchTally tally) {
     for (double& value : tally) value *= kBatches / (kSide * kSide);
     return batch_mean(tally);
@@ -175,7 +175,7 @@ TEST_CASE("spheres absorb and let out what the tables say, under even light and 
     const World world(std::move(contents));
     TraceSettings settings;
     settings.photons = 300000;
-    TraceResult result = trace_photons(world, 0, settings);
+    TraceResult result = trace_photons({world, 0}, settings);
     const double met = sky ? kPi * 4 * kPi : kPi;  // pi L times the surface, or E times the disc
     for (double& batch : result.energy.absorbed) batch *= kBatches / met;
     const BatchMean absorbed = batch_mean(result.energy.absorbed);

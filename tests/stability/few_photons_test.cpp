@@ -76,7 +76,7 @@ TEST_CASE("all photons in one place have no density, and are absorbed and escape
   }());
   TraceSettings trace;
   trace.photons = 5000;
-  const TraceResult traced = trace_photons(world, 0, trace);
+  const TraceResult traced = trace_photons({world, 0}, trace);
   const BatchMean escaped = per_area(traced.energy.escaped, 5);
   // d4: a half space of albedo 0.3 reflects this much of a normal beam.
   CHECK(agree(escaped.mean, escaped.standard_error, 0.05721435060125, {.resolution = 1, .degrees_of_freedom = 15}));

@@ -66,8 +66,7 @@ void check_furnace(const std::string& name, const WorldContents& contents, const
   Box3d around_rectangle(box);
   for (const double side : {-0.5, 0.5})
     around_rectangle.extendBy(rectangle.center + side * (rectangle.side_u + rectangle.side_v));
-  const TraceResult traced =
-      trace_photons(world, PhotonEmitter(world, 0, {}, around_rectangle), trace, {&rectangle, 1});
+  const TraceResult traced = trace_photons(PhotonEmitter({world, 0}, {}, around_rectangle), trace, {&rectangle, 1});
   CHECK(traced.anomalies == 0);
   for (BatchTally tally : {traced.flux[0].forward, traced.flux[0].backward}) {
     if (!furnace.photon_flux) break;
@@ -76,7 +75,7 @@ void check_furnace(const std::string& name, const WorldContents& contents, const
     CHECK(agree(found.mean, found.standard_error, flux,
                 {.resolution = 1.2, .comparisons = kComparisons, .degrees_of_freedom = 15}));
   }
-  const PathFlux by_paths = path_flux(world, 0, {}, rectangle, 900, 3);
+  const PathFlux by_paths = path_flux({world, 0}, {}, rectangle, 900, 3);
   for (const BatchMean& found : {by_paths.forward, by_paths.backward}) {
     CHECK(agree(found.mean, found.standard_error, flux,
                 {.resolution = 0.25, .reference_error = kRounding * flux, .comparisons = kComparisons}));
@@ -88,7 +87,7 @@ void check_furnace(const std::string& name, const WorldContents& contents, const
   OrdinatesSettings ordinates;
   ordinates.cells = Vec3i(8);
   ordinates.order = 4;
-  const OrdinatesSolution solution = solve_ordinates(world, 0, ordinates);
+  const OrdinatesSolution solution = solve_ordinates({world, 0}, ordinates);
   std::vector<Incoming> incoming(rays.size());
   solution.radiance(rays, incoming);
   for (std::size_t i = 0; i < incoming.size(); ++i) {

@@ -86,7 +86,7 @@ TEST_CASE("h3: layers of 1 - albedo = 1e-9 reflect, let through and keep what th
     const World world = layer(row.depth, 1 - 1e-9, phase, 1);
     TraceSettings trace;
     trace.photons = 20000;
-    const TraceResult traced = trace_photons(world, 0, trace, planes);
+    const TraceResult traced = trace_photons({world, 0}, trace, planes);
     const BatchMean up = per_area(traced.flux[0].forward, 1), down = per_area(traced.flux[1].backward, 1);
     CHECK(agree(up.mean, up.standard_error, row.reflected,
                 {.resolution = 0.5, .comparisons = 20, .degrees_of_freedom = 15}));
@@ -99,8 +99,8 @@ TEST_CASE("h3: layers of 1 - albedo = 1e-9 reflect, let through and keep what th
     CHECK(agree(later.mean + -std::expm1(-row.depth), later.standard_error, row.collisions,
                 {.resolution = 0.3, .comparisons = 20, .degrees_of_freedom = 15}));
     CHECK(total(traced.energy.absorbed) < 1e-3);
-    const PathFlux reflected = path_flux(world, 0, {}, planes[0], 9000, 1),
-                   transmitted = path_flux(world, 0, {}, planes[1], 9000, 2);
+    const PathFlux reflected = path_flux({world, 0}, {}, planes[0], 9000, 1),
+                   transmitted = path_flux({world, 0}, {}, planes[1], 9000, 2);
     CHECK(agree(reflected.forward.mean, reflected.forward.standard_error, row.reflected,
                 {.resolution = 0.9, .comparisons = 20}));
     CHECK(agree(transmitted.backward.mean, transmitted.backward.standard_error, row.transmitted,
@@ -128,7 +128,7 @@ TEST_CASE("a half space of any thickness reflects and glows as the table says", 
         contents.sun = Sun{{0, 0, 1}, {1}, 0};
         TraceSettings trace;
         trace.photons = 10000;
-        const BatchMean up = per_area(trace_photons(World(contents), 0, trace, {&above, 1}).flux[0].forward, 1);
+        const BatchMean up = per_area(trace_photons({World(contents), 0}, trace, {&above, 1}).flux[0].forward, 1);
         CHECK(agree(up.mean, up.standard_error, row.reflected,
                     {.resolution = 1, .comparisons = 50, .degrees_of_freedom = 15}));
         wish.source = kB;

@@ -40,16 +40,16 @@ TEST_CASE("optical depths of 1e-10 to 1e6 emit and let through what the exponent
         CHECK(one_ray(world, ray, *method) == Approx(-kB * std::expm1(-depth)).epsilon(3e-6));
       }
       // The World's walk in double, and its batched walk.
-      const LocalOptics inside = world.at(0, Vec3d(4.5) * voxel);
+      const LocalOptics inside = SpectralWorld(world, 0).at(Vec3d(4.5) * voxel);
       CHECK(inside.extinction * 8 * voxel == Approx(depth).epsilon(1e-12));
       double batched = 0;
-      world.optical_depths(0, {&ray, 1}, {&batched, 1});
+      SpectralWorld(world, 0).optical_depths({&ray, 1}, {&batched, 1});
       CHECK(batched == Approx(depth).epsilon(1e-5));
       OrdinatesSettings ordinates;
       ordinates.cells = Vec3i(4);
       ordinates.order = 2;
       std::vector<Incoming> in(1);
-      solve_ordinates(world, 0, ordinates).radiance({&ray, 1}, in);
+      solve_ordinates({world, 0}, ordinates).radiance({&ray, 1}, in);
       CHECK(in[0].direct == Approx(-kB * std::expm1(-depth)).epsilon(1e-6));
     }
   }
@@ -85,7 +85,7 @@ TEST_CASE("through an optical depth of 1e-10 light scatters once, wherever the s
         std::vector<Incoming> in(1);
         OrdinatesSettings ordinates;
         ordinates.cells = Vec3i(4);
-        solve_ordinates(world, 0, ordinates).radiance({&ray, 1}, in);
+        solve_ordinates({world, 0}, ordinates).radiance({&ray, 1}, in);
         CHECK(in[0].direct == Approx(expected).epsilon(1e-3));
       }
     }
@@ -208,7 +208,7 @@ TEST_CASE("250 K beside 3000 K: each ray has its voxels' own Planck radiance", "
     OrdinatesSettings ordinates;
     ordinates.cells = Vec3i(8);
     ordinates.order = 4;
-    solve_ordinates(world, 0, ordinates).radiance({&along, 1}, in);
+    solve_ordinates({world, 0}, ordinates).radiance({&along, 1}, in);
     CHECK(in[0].direct == Approx(layer_alone(cold)).epsilon(1e-5));
   }
 }

@@ -179,7 +179,7 @@ TEST_CASE("a surface in a voxel face ends the cloud there, exactly, from both si
         std::vector<Incoming> in(1);
         RadianceSettings settings;
         settings.parts = only_background();
-        incoming_radiance(world, 0, nullptr, settings, std::span(&ray, 1), std::array<std::uint64_t, 1>{0}, in);
+        incoming_radiance({world, 0}, nullptr, settings, std::span(&ray, 1), std::array<std::uint64_t, 1>{0}, in);
         CHECK(in[0].transmission == Approx(std::exp(-depth)).epsilon(1e-6));
         CHECK(in[0].distance == Approx(5).epsilon(1e-12));
         CHECK(in[0].direct == Approx(kB * std::exp(-depth) + 2 * (1 - std::exp(-depth))).epsilon(1e-6));
@@ -207,7 +207,7 @@ TEST_CASE("no photon passes a sheet in a voxel face", "[stability][surfaces]") {
   contents.objects = {sheet};
   contents.beams.push_back({{-2, 2, 2}, {1, 0, 0}, 1, {5}});
   const World world(contents);
-  const TraceResult result = trace_photons(world, 0, photons(20000));
+  const TraceResult result = trace_photons({world, 0}, photons(20000));
   int beyond = 0;
   for (const Photon& photon : result.photons) {
     beyond += transform_point(world.map_to_world(), Vec3d(photon.position)).x > 2;
@@ -327,7 +327,7 @@ TEST_CASE("mirrors that face each other end, with and without light of their own
   contents.objects = {grey_object(box_mesh({0, 0, 0}, {1, 2, 3}, true), 0, 0)};
   contents.beams.push_back({{0.5, 0.5, 0.5}, Vec3d(1, 2, 3).normalized(), 0.1, {5}});
   const World world(contents);
-  const EnergyTally energy = trace_photons(world, 0, photons(50)).energy;
+  const EnergyTally energy = trace_photons({world, 0}, photons(50)).energy;
   CHECK(total(energy.truncated) == Approx(5).epsilon(1e-9));
   CHECK(total(energy.escaped) == 0);
 }
@@ -340,7 +340,7 @@ TEST_CASE("ten thousand kilometres and a micrometre are both right in one scene"
                       grey_object(parallelogram({0, 0, 0}, {1e-6, 0, 0}, {0, 1e-6, 0}), 0, 2 * kB),
                       grey_sphere({3, 0, 0}, 1e-6, 0, 3 * kB)};
   const World world(contents);
-  CHECK(world.face_lights(0).power() ==
+  CHECK(SpectralWorld(world, 0).face_lights().power() ==
         Approx(kPi * 0.6 * kB * (size * size + 2e-12 + 3 * 4 * kPi * 1e-12)).epsilon(1e-12));
   Stream random(6, 0, 0);
   int small = 0, sphere = 0;

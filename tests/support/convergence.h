@@ -136,7 +136,7 @@ inline std::vector<ErrorAt> path_errors(double emission, int repeats) {
         }
       }
       std::vector<Incoming> incoming(rays.size());
-      const RadianceCounts counts = path_radiance(world, 0, {}, rays, histories, incoming);
+      const RadianceCounts counts = path_radiance({world, 0}, {}, rays, histories, incoming);
       work += static_cast<double>(counts.work[Work::gather]) / (repeats * kPixels);
       for (int pixel = 0; pixel < kPixels; ++pixel) {
         double mean = 0;

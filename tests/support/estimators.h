@@ -43,7 +43,7 @@ inline Seen seen(const World& world, const Light& light, const MethodType& metho
   std::vector<Incoming> incoming(all.size());
   const PhotonMaps* maps = maps_of(method, light);
   Seen result;
-  result.anomalies = incoming_radiance(world, 0, maps, settings, all, histories, incoming).anomalies;
+  result.anomalies = incoming_radiance({world, 0}, maps, settings, all, histories, incoming).anomalies;
   Moments total;
   std::array<double, kBatches> batches{};
   const auto n = static_cast<double>(incoming.size());
@@ -61,7 +61,7 @@ inline Seen seen(const World& world, const Light& light, const MethodType& metho
 inline BatchMean fluence_by(const World& world, const Light& light, const MethodType& method, const Vec3d& point,
                             int directions, std::uint64_t history = 1) {
   const PhotonMaps* maps = maps_of(method, light);
-  return fluence(world, 0, maps, settings_of(method), point, directions, history);
+  return fluence({world, 0}, maps, settings_of(method), point, directions, history);
 }
 
 }  // namespace obscura::test

@@ -41,7 +41,7 @@ BatchMean path_average(const World& world, int count, std::uint64_t seed, RayOf&
       weights[i] = wish.weight;
       histories[i] = batch * each + i;
     }
-    path_radiance(world, 0, settings, rays, histories, incoming);
+    path_radiance({world, 0}, settings, rays, histories, incoming);
     for (std::size_t i = 0; i < each; ++i) means[batch] += weights[i] * incoming[i].total() / static_cast<double>(each);
   }
   return batch_mean(means);

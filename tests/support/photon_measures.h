@@ -35,7 +35,7 @@ inline SlabLight slab_light(const World& world, double top, double side_m, doubl
                             std::uint64_t seed) {
   const FluxRectangle rectangles[] = {horizontal({0.5 * side_m, 0.5 * side_m, top + 0.5}, side_m, side_m),
                                       horizontal({0.5 * side_m, 0.5 * side_m, -0.5}, side_m, side_m)};
-  const PhotonEmitter emitter(world, 0);
+  const PhotonEmitter emitter({world, 0});
   const double unit = incident * side_m * side_m / kBatches;
   std::vector<double> up, down, absorbed, collisions;
   const auto append = [&](std::vector<double>& all, const BatchTally& tally) {
@@ -45,7 +45,7 @@ inline SlabLight slab_light(const World& world, double top, double side_m, doubl
     TraceSettings settings;
     settings.photons = photons / kRuns;
     settings.seed = kRuns * seed + static_cast<std::uint64_t>(run);
-    const TraceResult traced = trace_photons(world, emitter, settings, rectangles);
+    const TraceResult traced = trace_photons(emitter, settings, rectangles);
     BatchTally stored{};
     for (const Photon& photon : traced.photons) stored[photon.batch] += static_cast<double>(photon.power);
     append(up, traced.flux[0].forward);
@@ -63,8 +63,8 @@ template <class Visit>
 void scattered_light(const World& world, const std::vector<Photon>& photons, Visit&& visit) {
   for (std::size_t i = 0; i < photons.size(); ++i) {
     const Vec3d position = transform_point(world.map_to_world(), Vec3d(photons[i].position));
-    const LocalScattering scattering(world, 0, position);
-    const LocalOptics optics = world.at(0, position);
+    const LocalScattering scattering({world, 0}, position);
+    const LocalOptics optics = SpectralWorld(world, 0).at(position);
     if (!(scattering.total() > 0)) continue;
     Stream stream(11, i, 0);
     const double u = stream.uniform(), v = stream.uniform(), w = stream.uniform();

@@ -15,7 +15,7 @@ inline RadianceEstimator by_pass(const World& world, std::span<const PhotonMaps>
     settings.footprint = share.footprint;
     if (share.paths > 0) settings.points = share.paths;
     const PhotonMaps* map = maps.empty() ? nullptr : &maps[static_cast<std::size_t>(interval)];
-    return incoming_radiance(world, interval, map, settings, rays, histories, incoming);
+    return incoming_radiance({world, interval}, map, settings, rays, histories, incoming);
   };
 }
 

@@ -23,7 +23,7 @@ struct SlabShares {
 
 inline SlabShares slab_shares(const SlabWish& slab, const OrdinatesSettings& settings) {
   const World world(slab_contents(slab));
-  const OrdinatesSolution solution = solve_ordinates(world, 0, settings);
+  const OrdinatesSolution solution = solve_ordinates({world, 0}, settings);
   const OrdinatesPowers& powers = solution.powers();
   const double in = 64 * (slab.mu0 > 0 ? slab.mu0 : slab.sky > 0 ? kPi : 1.0);
   return {powers.left[2][1] / in, powers.left[2][0] / in, (powers.absorbed + powers.first_absorbed) / in,

@@ -82,7 +82,7 @@ inline RayRadiance ray_radiance(const World& world, const Light& light, const Ra
   std::vector<std::uint64_t> histories;
   for (int i = 0; i < count; ++i) histories.push_back(first_history + static_cast<std::uint64_t>(i));
   std::vector<Incoming> incoming(rays.size());
-  incoming_radiance(world, 0, light.maps.empty() ? nullptr : &light.maps[0], settings, rays, histories, incoming);
+  incoming_radiance({world, 0}, light.maps.empty() ? nullptr : &light.maps[0], settings, rays, histories, incoming);
   RayRadiance result;
   Moments total;
   std::array<double, kBatches> batches{};

@@ -28,7 +28,7 @@ int main() {
   const Ray ray{{0, -5, 0}, {0, 1, 0}, 0, kInfinity};
   const std::uint64_t history = 0;
   Incoming incoming;
-  incoming_radiance(world, 0, &light.maps[0], {}, {&ray, 1}, {&history, 1}, {&incoming, 1});
+  incoming_radiance({world, 0}, &light.maps[0], {}, {&ray, 1}, {&history, 1}, {&incoming, 1});
   std::printf("transmission %.4f, radiance %.3f W/m2/sr\n", incoming.transmission, incoming.total());
   return std::abs(incoming.transmission - std::exp(-1.0)) < 0.01 && incoming.total() > 0 ? 0 : 1;
 }

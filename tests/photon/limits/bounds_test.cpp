@@ -31,7 +31,7 @@ TEST_CASE("the largest depth lies between a side and the diagonal of a box", "[p
   CHECK(largest_optical_depth(box(5, 0, 0), 0) == Approx(10 * depth).epsilon(1e-4));
   WorldContents nothing;
   nothing.bands.emplace_back("grey");
-  CHECK(largest_optical_depth(World(std::move(nothing)), 0) == 0);
+  CHECK(largest_optical_depth({World(std::move(nothing)), 0}) == 0);
 }
 
 TEST_CASE("histories that would not end are refused by name, those that end are not", "[photon][bounds]") {
@@ -48,7 +48,7 @@ TEST_CASE("histories that would not end are refused by name, those that end are 
 namespace {
 
 /// No larger than the guaranteed depth: that of seeded chords through random places in random directions.
-double deepest_chord(const World& world, int chords) { return largest_optical_depth(world, 0, chords); }
+double deepest_chord(const World& world, int chords) { return largest_optical_depth({world, 0}, chords); }
 
 }  // namespace
 

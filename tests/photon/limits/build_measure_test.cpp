@@ -98,7 +98,7 @@ TEST_CASE("a cloud that emits is built within its tolerance of emission, too", "
     Incoming in;
     RadianceSettings emission_only;
     emission_only.scattering_depth = 0;
-    incoming_radiance(world, 1, nullptr, emission_only, {&ray, 1}, {&history, 1}, {&in, 1});
+    incoming_radiance({world, 1}, nullptr, emission_only, {&ray, 1}, {&history, 1}, {&in, 1});
     return in.direct;
   };
   BuildSettings lossless;

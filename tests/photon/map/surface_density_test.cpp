@@ -45,7 +45,7 @@ SurfacePoint seen(const World& world, const Vec3d& above, const Vec3d& direction
   const Ray ray{above, direction.normalized(), 0, kInfinity};
   const SurfaceHit hit = world.surfaces().intersect(ray);
   REQUIRE(hit.exists());
-  return world.surface_at(0, ray, hit);
+  return SpectralWorld(world, 0).surface_at(ray, hit);
 }
 
 const auto one = [](const Vec3d&) { return 1.0; };
@@ -59,7 +59,7 @@ Moments irradiance(const World& world, const PhotonMap& map, int count, const Wh
   for (int i = 0; i < count; ++i) {
     const auto [above, direction] = where(random);
     const SurfacePoint at = seen(world, above, direction);
-    result.add(surface_estimate(world, 0, map, at, one, settings, Vec3d(i, 1, 0)).value);
+    result.add(surface_estimate({world, 0}, map, at, one, settings, Vec3d(i, 1, 0)).value);
   }
   return result;
 }
@@ -149,7 +149,7 @@ TEST_CASE("batches are shares of the value, weights see where light travels, bia
   landed.lay(100000, {0, 0, 0}, {10, 0, 0}, {0, 10, 0}, kIrradiance);
   const PhotonMap map(landed.photons);
   const SurfacePoint at = seen(world, {5, 5, 1}, kDown);
-  const Estimate all = surface_estimate(world, 0, map, at, one, {}, Vec3d(0));
+  const Estimate all = surface_estimate({world, 0}, map, at, one, {}, Vec3d(0));
   double mean = 0;
   for (const double batch : all.batch) mean += batch / kBatches;
   CHECK(all.value == Approx(mean).epsilon(1e-12));
@@ -162,7 +162,7 @@ TEST_CASE("batches are shares of the value, weights see where light travels, bia
   for (int i = 0; i < 400; ++i) {
     const double x = 2 + 6 * random.uniform();
     bias.add(
-        surface_estimate(world, 0, map, seen(world, {x, 2 + 6 * random.uniform(), 1}, kDown), one, {}, Vec3d(i, 0, 0))
+        surface_estimate({world, 0}, map, seen(world, {x, 2 + 6 * random.uniform(), 1}, kDown), one, {}, Vec3d(i, 0, 0))
             .bias);
   }
   CHECK(std::abs(bias.mean()) < 0.05 * kIrradiance);
@@ -302,24 +302,24 @@ TEST_CASE("photons behind a wall do not count, and the wall takes no light away"
 TEST_CASE("few, coincident and no photons have the answers that can be given", "[photon][surface_density]") {
   const World world(square_of(1));
   const SurfacePoint at = seen(world, {0.5, 0.5, 1}, kDown);
-  CHECK(surface_estimate(world, 0, PhotonMap(), at, one, {}, Vec3d(0)).value == 0);
+  CHECK(surface_estimate({world, 0}, PhotonMap(), at, one, {}, Vec3d(0)).value == 0);
   // One photon, or many at one place, have no density.
   for (const int count : {1, 10, 200}) {
     Landed landed{world, {}, Stream(9, 0, 0)};
     for (int i = 0; i < count; ++i) landed.add({0.4, 0.5, 0}, {0, 0, 1}, 1, kDown);
-    const Estimate estimate = surface_estimate(world, 0, PhotonMap(landed.photons), at, one, {}, Vec3d(0));
+    const Estimate estimate = surface_estimate({world, 0}, PhotonMap(landed.photons), at, one, {}, Vec3d(0));
     CHECK(estimate.value == 0);
     CHECK(estimate.photons == 0);
   }
   // All where the question is.
   Landed here{world, {}, Stream(9, 0, 0)};
   for (int i = 0; i < 200; ++i) here.add({0.5, 0.5, 0}, {0, 0, 1}, 1, kDown);
-  CHECK(surface_estimate(world, 0, PhotonMap(here.photons), at, one, {}, Vec3d(0)).value == 0);
+  CHECK(surface_estimate({world, 0}, PhotonMap(here.photons), at, one, {}, Vec3d(0)).value == 0);
   // More coincident than are asked for, and one beyond: the search goes on to it.
   Landed landed{world, {}, Stream(9, 0, 0)};
   for (int i = 0; i < 80; ++i) landed.add({0.5, 0.5, 0}, {0, 0, 1}, 0.01, kDown);
   landed.add({0.5, 0.9, 0}, {0, 0, 1}, 1, kDown);
-  const Estimate estimate = surface_estimate(world, 0, PhotonMap(landed.photons), at, one, {}, Vec3d(0));
+  const Estimate estimate = surface_estimate({world, 0}, PhotonMap(landed.photons), at, one, {}, Vec3d(0));
   CHECK(estimate.photons == 80);
   CHECK(estimate.radius == Approx(0.4).epsilon(1e-6));
   CHECK(estimate.value == Approx(0.8 * 2 / kPi / 0.16).epsilon(1e-5));
@@ -329,7 +329,7 @@ TEST_CASE("few, coincident and no photons have the answers that can be given", "
   two.add({0.5, 0.2, 0}, {0, 0, 1}, 5, kDown);
   GatherSettings constant;
   constant.kernel = Kernel::constant;
-  const Estimate alone = surface_estimate(world, 0, PhotonMap(two.photons), at, one, constant, Vec3d(0));
+  const Estimate alone = surface_estimate({world, 0}, PhotonMap(two.photons), at, one, constant, Vec3d(0));
   CHECK(alone.value == Approx(2 / (kPi * 0.09)).epsilon(1e-5));
 }
 
@@ -341,10 +341,10 @@ TEST_CASE("a limit to the radius keeps far light away", "[photon][surface_densit
   GatherSettings settings;
   settings.max_radius_m = 0.25;
   const SurfacePoint dark = seen(world, {4.5, 5, 1}, kDown);
-  CHECK(surface_estimate(world, 0, map, dark, one, settings, Vec3d(0)).value == 0);
-  CHECK(surface_estimate(world, 0, map, dark, one, {}, Vec3d(0)).value > 0);
+  CHECK(surface_estimate({world, 0}, map, dark, one, settings, Vec3d(0)).value == 0);
+  CHECK(surface_estimate({world, 0}, map, dark, one, {}, Vec3d(0)).value > 0);
   settings.nearest = 1000;
-  const Estimate within = surface_estimate(world, 0, map, seen(world, {7.5, 5, 1}, kDown), one, settings, Vec3d(0));
+  const Estimate within = surface_estimate({world, 0}, map, seen(world, {7.5, 5, 1}, kDown), one, settings, Vec3d(0));
   CHECK(within.radius == Approx(0.25));
   CHECK(within.value == Approx(kIrradiance).epsilon(0.3));
 }

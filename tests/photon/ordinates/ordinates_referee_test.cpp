@@ -66,7 +66,7 @@ TEST_CASE("slabs are within the error that the referee states", "[ordinates][ref
     OrdinatesSettings settings;
     settings.cells = Vec3i(1, 1, tau > 2 ? 64 : 32);
     settings.order = 12;
-    const OrdinatesReferee referee(world, 0, settings);
+    const OrdinatesReferee referee({world, 0}, settings);
     const auto share = [&](OrdinatesEstimate e) {
       return OrdinatesEstimate{e.value / (64 * mu0), e.error / (64 * mu0)};
     };
@@ -93,7 +93,7 @@ TEST_CASE("a cube under a sun is within the error that the referee states", "[or
   OrdinatesSettings settings;
   settings.cells = Vec3i(16);
   settings.order = 12;
-  const OrdinatesReferee referee(world, 0, settings);
+  const OrdinatesReferee referee({world, 0}, settings);
   double error = 0;
   const double up = e2(csv, "box_P1", "R", &error);
   check("R", referee.left(2, 1), up, error, 0.01);
@@ -118,7 +118,7 @@ TEST_CASE("voids in a cell that repeats are within the error that the referee st
   const World world(grey_contents(wish, 1));
   OrdinatesSettings settings;
   settings.cells = Vec3i(8);
-  const OrdinatesReferee referee(world, 0, settings);
+  const OrdinatesReferee referee({world, 0}, settings);
   // The sky lights both faces; turned over, the cell is its own neighbour.
   const auto share = [](OrdinatesEstimate e, double of) { return OrdinatesEstimate{e.value / of, e.error / of}; };
   double error = 0, other = 0;
@@ -137,7 +137,7 @@ TEST_CASE("a sphere of voxels is within the error that the referee states, and w
     OrdinatesSettings settings;
     settings.cells = Vec3i(24);
     settings.order = 8;
-    const OrdinatesReferee referee(world, 0, settings);
+    const OrdinatesReferee referee({world, 0}, settings);
     const double volume = 4 * kPi / 3 * radius * radius * radius;
     OrdinatesEstimate mean = referee.absorbed();
     mean.value /= (1 - albedo) * volume;
@@ -156,7 +156,7 @@ TEST_CASE("finer grids and higher orders state smaller errors", "[ordinates][ref
     OrdinatesSettings settings;
     settings.cells = Vec3i(1, 1, n);
     settings.order = n / 2;
-    const OrdinatesReferee referee(world, 0, settings);
+    const OrdinatesReferee referee({world, 0}, settings);
     std::vector<Ray> rays;
     for (int i = 0; i < 8; ++i) rays.push_back({Vec3d(4, 4, 12), Vec3d(0.1 * i, 0, -1).normalized(), 0, kInfinity});
     std::vector<OrdinatesEstimate> radiance(rays.size());

@@ -18,7 +18,7 @@ TEST_CASE("in a furnace surfaces are black too, whatever they reflect", "[ordina
   OrdinatesSettings settings;
   settings.cells = Vec3i(8);
   settings.order = 4;
-  const OrdinatesSolution solution = solve_ordinates(world, 0, settings);
+  const OrdinatesSolution solution = solve_ordinates({world, 0}, settings);
   for (const Ray& ray :
        {Ray{Vec3d(-3, 0.4, 0.3), Vec3d(0.9, 0.3, 0.2).normalized()}, Ray{Vec3d(1.5, 1.4, 5), Vec3d(0, 0, -1)},
         Ray{Vec3d(0.2, 0.2, 5), Vec3d(0.1, 0, -1).normalized()}}) {
@@ -43,7 +43,7 @@ TEST_CASE("a chalky floor under a sun reflects what it should, and darkens behin
   const World world(std::move(contents));
   OrdinatesSettings settings;
   settings.cells = Vec3i(8);
-  const OrdinatesSolution solution = solve_ordinates(world, 0, settings);
+  const OrdinatesSolution solution = solve_ordinates({world, 0}, settings);
   const auto look_down = [&](double x, double y) {
     const Ray ray{Vec3d(x, y, 0.5), Vec3d(0, 0, -1)};
     Incoming in;
@@ -68,7 +68,7 @@ TEST_CASE("a floor gives back its share of the sun's power", "[ordinates][surfac
   const World world(std::move(contents));
   OrdinatesSettings settings;
   settings.cells = Vec3i(4);
-  const OrdinatesPowers powers = solve_ordinates(world, 0, settings).powers();
+  const OrdinatesPowers powers = solve_ordinates({world, 0}, settings).powers();
   CHECK(powers.surfaces == Approx(0.75 * 8 * 64).epsilon(1e-6));
   double out = 0;
   for (const auto& sides : powers.left) out += sides[0] + sides[1];
@@ -86,7 +86,7 @@ TEST_CASE("a warm plate in a cloud gives its power off to cloud and faces", "[or
   const World world(std::move(contents));
   OrdinatesSettings settings;
   settings.cells = Vec3i(8);
-  const OrdinatesSolution solution = solve_ordinates(world, 0, settings);
+  const OrdinatesSolution solution = solve_ordinates({world, 0}, settings);
   const OrdinatesPowers& powers = solution.powers();
   double out = powers.absorbed;
   for (const auto& sides : powers.left) out += sides[0] + sides[1];

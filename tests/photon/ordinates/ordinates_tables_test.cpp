@@ -77,7 +77,7 @@ TEST_CASE("isothermal slabs emit what they absorb", "[ordinates][slab]") {
         {{d3.number(row, "tau"), d3.number(row, "w"), g > 0 ? PhaseFunction::henyey_greenstein(g) : PhaseFunction()}}};
     slab.source = 1;
     const World world(slab_contents(slab));
-    const OrdinatesSolution solution = solve_ordinates(world, 0, slab_settings(g > 0 ? 48 : 200, 16));
+    const OrdinatesSolution solution = solve_ordinates({world, 0}, slab_settings(g > 0 ? 48 : 200, 16));
     INFO("tau " << d3.number(row, "tau") << " albedo " << d3.number(row, "w") << " g " << g);
     CHECK(solution.powers().left[2][1] / (64 * kPi) == Approx(d3.number(row, "Fup_over_pi")).epsilon(1e-3));
     for (const std::string cosine : {"0.1", "0.5", "0.9"}) {
@@ -113,7 +113,7 @@ TEST_CASE("radiance along rays is that of the slab", "[ordinates][slab][radiance
       ++end;
     if (mu0 == 0.5 && tau <= 10) {
       const World world(slab_contents({{{tau, albedo, {}}}, mu0}));
-      const OrdinatesSolution solution = solve_ordinates(world, 0, slab_settings(32, 16));
+      const OrdinatesSolution solution = solve_ordinates({world, 0}, slab_settings(32, 16));
       INFO("tau " << tau << " albedo " << albedo);
       for (; row < end; ++row) check(d1, row, solution, 0, 1e-3);
     }
@@ -121,7 +121,7 @@ TEST_CASE("radiance along rays is that of the slab", "[ordinates][slab][radiance
   }
   const Csv d2(table("d2_slab_hg_intensity.csv"));
   const World world(slab_contents({{{2, 0.9, PhaseFunction::henyey_greenstein(0.75)}}, 0.5}));
-  const OrdinatesSolution solution = solve_ordinates(world, 0, slab_settings(16, 16));
+  const OrdinatesSolution solution = solve_ordinates({world, 0}, slab_settings(16, 16));
   int compared = 0;
   for (std::size_t row = 0; row < d2.size(); ++row) {
     if (d2.text(row, "phase") != "hg" || d2.number(row, "g") != 0.75 || d2.number(row, "tau") != 2 ||
@@ -202,7 +202,7 @@ TEST_CASE("fluence far away through voids is that of the published benchmark", "
   OrdinatesSettings settings;
   settings.cells = Vec3i(20);
   settings.order = 4;
-  const OrdinatesSolution solution = solve_ordinates(world, 0, settings);
+  const OrdinatesSolution solution = solve_ordinates({world, 0}, settings);
   CHECK(solution.powers().emitted == Approx(8000).epsilon(1e-9));
   for (std::size_t row = 0; row < e5.size(); ++row) {
     if (e5.number(row, "problem") != 1 || e5.text(row, "case") != "i" || row % 5 != 0) continue;

@@ -28,7 +28,7 @@ TEST_CASE("in a furnace everything is black", "[ordinates][furnace]") {
   settings.cells = Vec3i(8);
   settings.order = 4;
   const World world = cube(wish, 2.5);
-  const OrdinatesSolution solution = solve_ordinates(world, 0, settings);
+  const OrdinatesSolution solution = solve_ordinates({world, 0}, settings);
   for (std::size_t cell = 0; cell < solution.grid().size(); ++cell) {
     REQUIRE(solution.fluence(cell) == Approx(4 * kPi * 2.5).epsilon(1e-6));
     REQUIRE(solution.flux(cell).length() < 1e-5);
@@ -73,7 +73,7 @@ TEST_CASE("any number of threads gives the same bits", "[ordinates][threads]") {
   settings.order = 4;
   const auto run = [&](std::size_t threads) {
     oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism, threads);
-    const OrdinatesSolution solution = solve_ordinates(world, 0, settings);
+    const OrdinatesSolution solution = solve_ordinates({world, 0}, settings);
     std::vector<double> values;
     for (std::size_t cell = 0; cell < solution.grid().size(); ++cell) {
       values.push_back(solution.fluence(cell));
@@ -108,7 +108,7 @@ TEST_CASE("an empty cloud changes nothing, and a World without clouds has its sk
     WorldContents contents = grey_contents(wish, 3);
     if (!cloud) contents.clouds.clear();
     const World world(std::move(contents));
-    const OrdinatesSolution solution = solve_ordinates(world, 0, settings);
+    const OrdinatesSolution solution = solve_ordinates({world, 0}, settings);
     const Ray ray{Vec3d(8, -5, 8), Vec3d(0, 1, 0)};
     Incoming in;
     solution.radiance({&ray, 1}, {&in, 1});
@@ -126,7 +126,7 @@ TEST_CASE("the grid has whole voxels in its cells where it can, and reproduces t
   wish.source = 3;
   wish.density = [](const Vec3i& v) { return voxel_noise(3, Vec3i(v.x / 2, v.y / 2, v.z / 2)); };
   const World world = cube(wish, 0);
-  const OrdinatesGrid grid(world, 0, Vec3i(0), std::nullopt);
+  const OrdinatesGrid grid({world, 0}, Vec3i(0), std::nullopt);
   CHECK(grid.cells() == Vec3i(20, 10, 5));
   for (std::size_t cell = 0; cell < grid.size(); ++cell) {
     const double extinction = 2 * static_cast<double>(static_cast<float>(voxel_noise(3, grid.cell_at(cell))));
@@ -148,7 +148,7 @@ TEST_CASE("too much memory and what cannot be solved are refused by name", "[ord
   WorldContents contents = grey_contents(wish, 1);
   contents.sources.push_back({Vec3d(30, 0, 0), 1, {1.0}});
   const World world(std::move(contents));
-  CHECK_THROWS_AS(solve_ordinates(world, 0, {}), NumericalError);
+  CHECK_THROWS_AS(solve_ordinates({world, 0}, {}), NumericalError);
   for (const double emissivity : {1.0, 0.5}) {
     WorldContents lit = grey_contents(wish, 1);
     lit.beams.push_back({Vec3d(8, 8, 20), Vec3d(0, 0, -1), 1, {1.0}});

@@ -19,7 +19,7 @@ namespace {
 template <class Scatterer>
 Moments asked(const World& world, const Scatterer& at, int count, const RadianceParts& parts = {}) {
   WorkCounts work;
-  DirectLight light(world, 0, parts, work);
+  DirectLight light({world, 0}, parts, work);
   std::vector<Incoming> incoming(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {
     Stream stream(1, static_cast<std::uint64_t>(i), 1);
@@ -37,7 +37,7 @@ SurfacePoint seen(const World& world, const Vec3d& from, const Vec3d& direction)
   const Ray ray{from, direction.normalized(), 0, kInfinity};
   const SurfaceHit hit = world.surfaces().intersect(ray);
   REQUIRE(hit.exists());
-  return world.surface_at(0, ray, hit);
+  return SpectralWorld(world, 0).surface_at(ray, hit);
 }
 
 constexpr double kHalf = 0.2;  // of the hot square
@@ -94,7 +94,7 @@ TEST_CASE("a floor under a hot square is lit as the integral over the square say
     const Moments light = asked(world, SurfaceScatterer(at), 100000);
     // Lambertian, 0.75; very near to the square by its own hemisphere: midpoints would be too coarse.
     const double expected = c.height < 0.05
-                                ? 0.75 * kHot * world.material(0, {0, 0}).hemispherical_emissivity()
+                                ? 0.75 * kHot * SpectralWorld(world, 0).material({0, 0}).hemispherical_emissivity()
                                 : over_square(c.at, c.height, c.half, [](const Vec3d& w) { return 0.75 / kPi * w.z; });
     CHECK(agree(light.mean(), light.standard_error(), expected, {.resolution = 0.02, .comparisons = 5}));
     // Near and huge, neither the face alone nor the cosine alone would be as quiet.
@@ -117,7 +117,7 @@ TEST_CASE("smoke near a hot square scatters its light by its phase function", "[
     const World world(contents);
     const Ray ray{{0.2, 0, 1}, Vec3d(0.01, 0, -1).normalized(), 0, kInfinity};
     const double t = 0.96;
-    const Moments light = asked(world, CloudScatterer(world, 0, ray, t), 200000);
+    const Moments light = asked(world, CloudScatterer({world, 0}, ray, t), 200000);
     const double expected = over_square(ray.at(t), height, kHalf, [&](const Vec3d& toward) {
       return PhaseFunction::henyey_greenstein(0.6).value(toward.dot(ray.direction));
     });
@@ -201,8 +201,8 @@ TEST_CASE("parts that are off give nothing", "[photon][direct_light]") {
   RadianceParts parts;
   parts.surfaces = false;
   WorkCounts work;
-  CHECK(DirectLight(world, 0, parts, work).empty());
-  CHECK_FALSE(DirectLight(world, 0, RadianceParts{}, work).empty());
+  CHECK(DirectLight({world, 0}, parts, work).empty());
+  CHECK_FALSE(DirectLight({world, 0}, RadianceParts{}, work).empty());
   CHECK(asked(world, SurfaceScatterer(seen(world, {0, 0, 1}, {0, 0, -1})), 100, parts).mean() == 0);
 }
 
@@ -255,12 +255,12 @@ TEST_CASE("light along a ray through clouds and air is that of many small steps"
   const double step = 7.5 / kSteps;
   for (int i = 0; i < kSteps; ++i) {
     const double s = (i + 0.5) * step;
-    const LocalOptics local = world.at(0, ray.at(s));
+    const LocalOptics local = SpectralWorld(world, 0).at(ray.at(s));
     const double T = std::exp(-depth - 0.5 * local.extinction * step);
     const double glow = B * (1 - std::exp(-k_air * s));
     both += T * (local.extinction * glow + std::exp(-k_air * s) * local.emission) * step;
     depth += local.extinction * step;
   }
   CHECK(depth > 1);
-  CHECK(light_along(world, 0, ray) == Approx(both).epsilon(1e-4));
+  CHECK(light_along({world, 0}, ray) == Approx(both).epsilon(1e-4));
 }

@@ -86,7 +86,7 @@ WorkCounts work_of(const Wish& wish, int ways = every_way, const RadianceSetting
       settings.gather_bounces = bounces;
       settings.gather.nearest = 16;
       const PhotonMaps* maps = bounces == kAllBounces ? nullptr : &light.maps[static_cast<std::size_t>(i)];
-      const RadianceCounts counts = incoming_radiance(world, i, maps, settings, rays, histories, incoming);
+      const RadianceCounts counts = incoming_radiance({world, i}, maps, settings, rays, histories, incoming);
       CHECK(counts.rays == rays.size());
       CHECK(counts.anomalies == 0);
       work += counts.work;

@@ -57,7 +57,7 @@ TEST_CASE("beside a glowing ball the fluence is its solid angle times its radian
   Moments over_histories;
   int covered = 0;
   for (std::uint64_t history = 0; history < 50; ++history) {
-    const BatchMean f = fluence(world, 0, nullptr, {}, {2, 0, 0}, 2000, history);
+    const BatchMean f = fluence({world, 0}, nullptr, {}, {2, 0, 0}, 2000, history);
     over_histories.add(f.mean);
     covered += std::abs(f.mean - expected) < 2 * f.standard_error;
   }
@@ -68,7 +68,7 @@ TEST_CASE("beside a glowing ball the fluence is its solid angle times its radian
   double told = 0;
   constexpr int kPairs = 4000;
   for (std::uint64_t history = 0; history < kPairs; ++history) {
-    const BatchMean f = fluence(world, 0, nullptr, {}, {2, 0, 0}, 2, history);
+    const BatchMean f = fluence({world, 0}, nullptr, {}, {2, 0, 0}, 2, history);
     pairs.add(f.mean);
     told += f.standard_error * f.standard_error / kPairs;
   }
@@ -85,8 +85,8 @@ TEST_CASE("the map adds what has scattered: in a furnace that scatters the fluen
   TraceSettings trace;
   trace.photons = 200000;
   const Light light = trace_light(world, trace);
-  const BatchMean f = fluence(world, 0, &light.maps[0], {}, {7, 8, 9}, 400, 1);
+  const BatchMean f = fluence({world, 0}, &light.maps[0], {}, {7, 8, 9}, 400, 1);
   CHECK(std::abs(f.mean - 8 * kPi) < 4 * f.standard_error + 0.005 * 8 * kPi);
   CHECK(f.standard_error < 0.03 * 8 * kPi);
-  CHECK(fluence(world, 0, nullptr, {}, {7, 8, 9}, 400, 1).mean < 0.95 * 8 * kPi);
+  CHECK(fluence({world, 0}, nullptr, {}, {7, 8, 9}, 400, 1).mean < 0.95 * 8 * kPi);
 }

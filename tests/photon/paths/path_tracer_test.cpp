@@ -21,7 +21,7 @@ BatchMean path_mean(const World& world, const Ray& ray, int rays, const PathSett
   std::vector<std::uint64_t> histories(all.size());
   for (std::size_t i = 0; i < histories.size(); ++i) histories[i] = i;
   std::vector<Incoming> incoming(all.size());
-  const RadianceCounts counts = path_radiance(world, 0, settings, all, histories, incoming);
+  const RadianceCounts counts = path_radiance({world, 0}, settings, all, histories, incoming);
   CHECK(counts.anomalies == 0);
   Moments total;
   for (const Incoming& in : incoming) total.add(in.total());

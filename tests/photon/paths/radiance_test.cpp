@@ -34,7 +34,7 @@ RadianceSettings only(bool RadianceParts::*part, int points = 4) {
 Incoming one_ray(const World& world, const Ray& ray, const RadianceSettings& settings = {}, int interval = 0) {
   const std::uint64_t history = 1;
   Incoming incoming;
-  incoming_radiance(world, interval, nullptr, settings, {&ray, 1}, {&history, 1}, {&incoming, 1});
+  incoming_radiance({world, interval}, nullptr, settings, {&ray, 1}, {&history, 1}, {&incoming, 1});
   return incoming;
 }
 
@@ -211,7 +211,7 @@ TEST_CASE("a cloud without extinction changes no bit of what is behind it", "[ph
     for (int i = 0; i < 100; ++i) {
       const Vec3d d = random_direction(random);
       const Incoming in = one_ray(world, {{4, 4, 4}, d, 0, kInfinity});
-      CHECK(in.direct == world.background(0, d));
+      CHECK(in.direct == SpectralWorld(world, 0).background(d));
       CHECK(in.transmission == 1);
     }
   }
@@ -247,7 +247,7 @@ TEST_CASE("the map's part is the in-scattered light of its photons", "[photon][r
   Incoming in;
   const std::uint64_t history = 7;
   const RadianceCounts counts =
-      incoming_radiance(world, 0, &light.maps[0], settings, {&ray, 1}, {&history, 1}, {&in, 1});
+      incoming_radiance({world, 0}, &light.maps[0], settings, {&ray, 1}, {&history, 1}, {&in, 1});
   CHECK(in.direct == 0);
   CHECK(*std::min_element(in.map.begin(), in.map.end()) < *std::max_element(in.map.begin(), in.map.end()));
   CHECK(counts.rays == 1);
@@ -278,7 +278,8 @@ TEST_CASE("an estimate without a denominator counts as an anomaly", "[photon][ra
   std::vector<std::uint64_t> histories(20);
   for (std::size_t i = 0; i < histories.size(); ++i) histories[i] = i;
   std::vector<Incoming> incoming(20);
-  const RadianceCounts counts = incoming_radiance(world, 0, &map, only(&RadianceParts::map), rays, histories, incoming);
+  const RadianceCounts counts =
+      incoming_radiance({world, 0}, &map, only(&RadianceParts::map), rays, histories, incoming);
   CHECK(counts.anomalies == 20);
   for (const Incoming& in : incoming) CHECK(in.total() == 0);
 }
@@ -311,10 +312,10 @@ TEST_CASE("each interval has its own optics, and a ray's result does not depend 
     histories.push_back(static_cast<std::uint64_t>(1000 + i));
   }
   std::vector<Incoming> together(50);
-  incoming_radiance(world, 1, nullptr, {}, rays, histories, together);
+  incoming_radiance({world, 1}, nullptr, {}, rays, histories, together);
   for (std::size_t i = 0; i < rays.size(); ++i) {
     Incoming alone;
-    incoming_radiance(world, 1, nullptr, {}, {&rays[i], 1}, {&histories[i], 1}, {&alone, 1});
+    incoming_radiance({world, 1}, nullptr, {}, {&rays[i], 1}, {&histories[i], 1}, {&alone, 1});
     CHECK(alone.direct == together[i].direct);
   }
 }

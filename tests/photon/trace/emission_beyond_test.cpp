@@ -36,7 +36,7 @@ double entry(const EmittedPhoton& photon, const Vec3d& middle, double r) {
 TEST_CASE("the sun fills a disc over the bounds with its irradiance", "[photon][emission]") {
   const Vec3d toward = Vec3d(1, -2, 2).normalized();
   const World world = empty_world(0, Sun{toward, {5}, 0.1});
-  const PhotonEmitter emitter(world, 0);
+  const PhotonEmitter emitter({world, 0});
   const double radius = 0.5 * std::sqrt(8.0 * 8 + 16 * 16 + 8 * 8);
   CHECK(emitter.power() == Approx(5 * kPi * radius * radius));
   std::vector<double> rings(10), off(10);
@@ -62,7 +62,7 @@ TEST_CASE("the sun fills a disc over the bounds with its irradiance", "[photon][
 
 TEST_CASE("the sky sends pi L through every surface, at every angle", "[photon][emission]") {
   const World world = empty_world(0.7, {});
-  const PhotonEmitter emitter(world, 0);
+  const PhotonEmitter emitter({world, 0});
   const double radius = 0.5 * std::sqrt(8.0 * 8 + 16 * 16 + 8 * 8);
   CHECK(emitter.power() == Approx(4 * kPi * kPi * 0.7 * radius * radius));
   // What enters a smaller sphere, anywhere inside the bounds, is uniform over it and Lambertian.
@@ -104,7 +104,7 @@ TEST_CASE("a periodic cell is lit through its upper and lower faces alone", "[ph
   const World world(std::move(contents));
   SourceSelection only_sun;
   only_sun.sky = false;
-  const PhotonEmitter sun(world, 0, only_sun);
+  const PhotonEmitter sun({world, 0}, only_sun);
   CHECK(sun.power() == Approx(5 * std::cos(zenith) * 20 * 24));
   std::vector<double> cells(8 * 8);
   const auto place_in_face = [&](const EmittedPhoton& photon) {
@@ -122,7 +122,7 @@ TEST_CASE("a periodic cell is lit through its upper and lower faces alone", "[ph
   CHECK(power.mean() == Approx(sun.power()).epsilon(1e-3));  // the disc is as bright as its middle
   SourceSelection only_sky;
   only_sky.sun = false;
-  const PhotonEmitter sky(world, 0, only_sky);
+  const PhotonEmitter sky({world, 0}, only_sky);
   CHECK(sky.power() == Approx(kPi * 0.7 * 2 * 20 * 24));
   cells.assign(64, 0);
   double upper = 0;
@@ -164,7 +164,7 @@ TEST_CASE("a small cloud over huge terrain gets what the plain disc would send i
     SourceSelection one{};
     one.sun = sun;
     one.sky = !sun;
-    const PhotonEmitter emitter(world, 0, one);
+    const PhotonEmitter emitter({world, 0}, one);
     const double whole = sun ? 5 * kPi * radius * radius : 4 * kPi * kPi * 0.7 * radius * radius;
     CHECK(emitter.power() == Approx(whole).epsilon(1e-9));
     std::array<Moments, 3> into;

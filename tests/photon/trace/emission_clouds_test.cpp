@@ -27,7 +27,7 @@ TEST_CASE("voxels emit in proportion to their emission and evenly inside", "[pho
   WorldContents contents = grey_contents(wish);
   contents.clouds[0].local_to_world = placement({5, 6, 7}, {0.4, -0.3, 1.2}, 2);
   const World world(std::move(contents));
-  const PhotonEmitter emitter(world, 0);
+  const PhotonEmitter emitter({world, 0});
   double density = 0;
   std::vector<double> expected(12 * 8 * 9), observed(expected.size());
   for (std::size_t i = 0; i < expected.size(); ++i) {
@@ -81,7 +81,7 @@ TEST_CASE("uniform blocks emit from every part, and several clouds by their powe
   WorldContents contents = grey_contents(large);
   contents.clouds.push_back(make_cloud(small));
   const World world(std::move(contents));
-  const PhotonEmitter emitter(world, 0);
+  const PhotonEmitter emitter({world, 0});
   const double powers[] = {4 * kPi * 1e-3 * 32768, 4 * kPi * 1e-3 * 512 * 32};
   CHECK(emitter.power() == Approx(powers[0] + powers[1]));
   std::vector<double> octants(8);
@@ -104,7 +104,7 @@ TEST_CASE("weights make up for the photons that a thick core is spared", "[photo
   wish.density = [](const Vec3i& v) { return v.x < 8 ? 100.0 : 0.01; };
   wish.source = 2;
   const World world(grey_contents(wish));
-  const PhotonEmitter emitter(world, 0);
+  const PhotonEmitter emitter({world, 0});
   const double thick = 4 * kPi * 100 * 2 * 1024, thin = 4 * kPi * 0.01 * 2 * 1024;
   CHECK(emitter.power() == Approx(thick + thin).epsilon(1e-6));
   Moments from_thick, from_thin;

@@ -17,7 +17,7 @@ TEST_CASE("hot spheres emit Lambertian light from their surface; only sources ar
   contents.sources.push_back({{1, 2, 3}, 0.5, {4}});
   contents.particles.push_back({{5, 2, 3}, 0.25, {8}});
   const World world(std::move(contents));
-  const PhotonEmitter emitter(world, 0);
+  const PhotonEmitter emitter({world, 0});
   const double powers[] = {4 * 4 * kPi * kPi * 0.25, 8 * 4 * kPi * kPi * 0.0625};
   CHECK(emitter.power() == Approx(powers[0] + powers[1]));
   std::vector<Vec3d> normals;
@@ -51,7 +51,7 @@ TEST_CASE("faces emit exactly their power, by the cosine and from the side that 
     sheet.double_sided = double_sided;
     contents.objects = {sheet};
     const World world(contents);
-    const PhotonEmitter emitter(world, 0);
+    const PhotonEmitter emitter({world, 0});
     const double power = kPi * 0.6 * 5 * 24 * (double_sided ? 2 : 1);
     CHECK(emitter.power() == Approx(power).epsilon(1e-12));
     const Vec3d front = transform_direction(sheet.local_to_world, Vec3d(0, 0, 1)).normalized();
@@ -98,7 +98,7 @@ TEST_CASE("what varies with angle and place over a face is made up for by weight
   object.mesh = mesh;
   contents.objects = {object};
   const World world(contents);
-  const PhotonEmitter emitter(world, 0);
+  const PhotonEmitter emitter({world, 0});
   constexpr int kParts = 8;
   std::vector<Moments> by_place(kParts), by_cosine(kParts);
   const Moments power = emit_many(emitter, kPhotons, [&](const EmittedPhoton& photon) {

@@ -16,7 +16,7 @@ TEST_CASE("a beam leaves its disc along its direction", "[photon][emission]") {
   const Vec3d d = Vec3d(2, -1, 2).normalized();
   contents.beams.push_back({{1, 2, 3}, d, 0.5, {6}});
   const World world(std::move(contents));
-  const PhotonEmitter emitter(world, 0);
+  const PhotonEmitter emitter({world, 0});
   CHECK(emitter.power() == 6);
   std::vector<double> rings(10);
   emit_many(emitter, 20000, [&](const EmittedPhoton& photon) {
@@ -39,17 +39,17 @@ TEST_CASE("sources that are off emit nothing, and a dark World has no power", "[
   contents.particles.push_back({{0, 0, 40}, 1, {1}});
   contents.beams.push_back({{0, 0, -3}, {0, 0, 1}, 1, {1}});
   const World world(std::move(contents));
-  const double whole = PhotonEmitter(world, 0).power();
+  const double whole = PhotonEmitter({world, 0}).power();
   double sum = 0;
   for (bool SourceSelection::*source :
        {&SourceSelection::emission, &SourceSelection::sun, &SourceSelection::sky, &SourceSelection::spheres,
         &SourceSelection::particles, &SourceSelection::beams}) {
     SourceSelection one{false, false, false, false, false, false, false};
     one.*source = true;
-    const double part = PhotonEmitter(world, 0, one).power();
+    const double part = PhotonEmitter({world, 0}, one).power();
     CHECK(part > 0);
     sum += part;
   }
   CHECK(sum == Approx(whole).epsilon(1e-12));
-  CHECK(PhotonEmitter(world, 0, {false, false, false, false, false, false, false}).power() == 0);
+  CHECK(PhotonEmitter({world, 0}, {false, false, false, false, false, false, false}).power() == 0);
 }

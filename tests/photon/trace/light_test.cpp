@@ -58,10 +58,10 @@ TEST_CASE("intervals of a band share its photons by power, and every band has it
   CHECK(light.emitted == Approx(60000).margin(3));
   CHECK(light.anomalies == 0);
   double power[4], ir = 0;
-  for (int i = 0; i < 4; ++i) power[i] = PhotonEmitter(world, i).power();
+  for (int i = 0; i < 4; ++i) power[i] = PhotonEmitter({world, i}).power();
   for (int i = 1; i < 4; ++i) {
     ir += power[i];
-    const double k = world.optics(0, i).parts()[0].extinction;
+    const double k = SpectralWorld(world, i).optics(0).parts()[0].extinction;
     CHECK(power[i] == Approx(4 * kPi * 0.5 * k * 512 * world.bands()[1].planck(i - 1, 400)).epsilon(1e-6));
   }
   CHECK(sum(light.bands[0].energy.emitted) == Approx(power[0]));

@@ -53,7 +53,7 @@ TEST_CASE("in a closed box all light ends on its walls, and lands as often as th
     contents.materials = {grey_material(0.4, specular, specular == 0.5 ? 0.2 : 0)};
     contents.objects = {grey_object(box_mesh({0, 0, 0}, {1, 2, 3}, true), 0, 5)};
     const World world(contents);
-    const TraceResult result = trace_photons(world, 0, of_count(100000));
+    const TraceResult result = trace_photons({world, 0}, of_count(100000));
     const EnergyTally energy = balanced(result);
     CHECK(sum(energy.emitted) == Approx(kPi * 0.4 * 5 * 22).epsilon(1e-9));
     CHECK(sum(energy.surface) == Approx(sum(energy.emitted)).epsilon(1e-9));
@@ -71,7 +71,7 @@ TEST_CASE("a beam between two mirrors lands the geometric series", "[photon][tra
                       grey_object(parallelogram({-5, -5, 1}, {0, 10, 0}, {10, 0, 0}), 0, 0)};
   contents.beams.push_back({{0, 0, 0.5}, {0, 0, 1}, 0.1, {5}});
   const World world(contents);
-  const TraceResult result = trace_photons(world, 0, of_count(50000));
+  const TraceResult result = trace_photons({world, 0}, of_count(50000));
   const EnergyTally energy = balanced(result);
   CHECK(sum(energy.surface) == Approx(5).epsilon(1e-9));
   const BatchMean stored = landed(result);  // beams are stored from the first landing on
@@ -93,7 +93,7 @@ TEST_CASE("nets let their share of photons through, and stop the rest", "[photon
   contents.objects = {grey_sphere({0, 0, 0}, 1, 0, 5), grey_sphere({0.2, 0, 0}, 3, 1, 0),
                       grey_sphere({0, 0.1, 0}, 4, 1, 0)};
   const World world(contents);
-  const EnergyTally energy = balanced(trace_photons(world, 0, of_count(200000)));
+  const EnergyTally energy = balanced(trace_photons({world, 0}, of_count(200000)));
   CHECK(sum(energy.emitted) == Approx(5 * kPi * 4 * kPi).epsilon(1e-9));
   const BatchMean escaped = share(energy.escaped, energy.emitted);
   CHECK(agree(escaped.mean, escaped.standard_error, 0.09, {.resolution = 0.1, .degrees_of_freedom = 15}));
@@ -108,7 +108,7 @@ TEST_CASE("air takes its share on the way from wall to wall", "[photon][trace][s
   contents.objects = {ball};
   contents.atmosphere = Atmosphere{{0.3}, {0}};
   const World world(contents);
-  const EnergyTally energy = balanced(trace_photons(world, 0, of_count(200000)));
+  const EnergyTally energy = balanced(trace_photons({world, 0}, of_count(200000)));
   // Outward all ends in the air; inward a chord 2 R cos t long: T = 2 (1 - e^-x (1 + x)) / x^2, x = 2 a R.
   const double x = 2 * 0.3 * 2;
   const double T = 2 * (1 - std::exp(-x) * (1 + x)) / (x * x);
@@ -119,7 +119,7 @@ TEST_CASE("air takes its share on the way from wall to wall", "[photon][trace][s
   WorldContents lit = contents;
   lit.objects[0].radiance = {0.0};
   lit.sun = Sun{{0, 0, 1}, {4}, 0.01};
-  const EnergyTally sunlight = balanced(trace_photons(World(lit), 0, of_count(20000)));
+  const EnergyTally sunlight = balanced(trace_photons({World(lit), 0}, of_count(20000)));
   CHECK(sum(sunlight.absorbed) == 0);
   CHECK(sum(sunlight.surface) == Approx(4 * kPi * 4).epsilon(0.02));
 }
@@ -137,11 +137,11 @@ TEST_CASE("a limit to scatterings leaves reflections alone, and the balance hold
   contents.materials = {grey_material(0.3, 0.4)};
   contents.objects = {grey_object(box_mesh({0, 0, 0}, {1, 1, 1}, true), 0, 5)};
   const World world(contents);
-  const EnergyTally whole = balanced(trace_photons(world, 0, of_count(20000)));
+  const EnergyTally whole = balanced(trace_photons({world, 0}, of_count(20000)));
   CHECK(sum(whole.surface) == Approx(sum(whole.emitted)).epsilon(1e-9));
   TraceSettings limited = of_count(20000);
   limited.scattering_depth = 2;
-  const TraceResult cut = trace_photons(world, 0, limited);
+  const TraceResult cut = trace_photons({world, 0}, limited);
   const EnergyTally energy = balanced(cut);
   CHECK(sum(energy.truncated) > 0.1 * sum(energy.emitted));
   CHECK(sum(energy.surface) > 0.1 * sum(energy.emitted));
@@ -158,7 +158,7 @@ TEST_CASE("backs of one-sided surfaces swallow what meets them", "[photon][trace
   contents.beams.push_back({{0, 0, 0}, {0, 0, 1}, 0.1, {5}});
   for (const bool double_sided : {false, true}) {
     contents.objects[0].double_sided = double_sided;
-    const TraceResult result = trace_photons(World(contents), 0, of_count(1000));
+    const TraceResult result = trace_photons({World(contents), 0}, of_count(1000));
     const EnergyTally energy = balanced(result);
     CHECK(sum(double_sided ? energy.escaped : energy.surface) == Approx(5).epsilon(1e-9));
     CHECK(result.surface_photons.size() == (double_sided ? 1000u : 0u));

@@ -97,7 +97,7 @@ TEST_CASE("light of the direct set is stored from the second collision, all othe
     settings.photons = 20000;
     settings.sources = {false, false, false, false, false, false, false};
     settings.sources.*source = true;
-    return trace_photons(world, 0, settings);
+    return trace_photons({world, 0}, settings);
   };
   for (bool SourceSelection::*source :
        {&SourceSelection::emission, &SourceSelection::particles, &SourceSelection::beams}) {
@@ -122,7 +122,7 @@ TEST_CASE("a beam through an absorbing slab collides, is absorbed and escapes as
   const FluxRectangle before{{32, 32, -0.5}, {1, 0, 0}, {0, 1, 0}};
   const FluxRectangle within{{32, 32, 0.5}, {1, 0, 0}, {0, 1, 0}};
   const FluxRectangle rectangles[] = {behind, before, within};
-  const TraceResult result = trace_photons(world, 0, settings, rectangles);
+  const TraceResult result = trace_photons({world, 0}, settings, rectangles);
   CHECK(result.emitted == 400000);
   CHECK(result.anomalies == 0);
   const AgreeOptions options{.resolution = 0.04, .comparisons = 4, .degrees_of_freedom = 15};
@@ -158,7 +158,7 @@ TEST_CASE("in a thick medium the power of the n-th collision is the albedo's n-t
   const World world(std::move(contents));
   TraceSettings settings;
   settings.photons = 200000;
-  const TraceResult result = trace_photons(world, 0, settings);
+  const TraceResult result = trace_photons({world, 0}, settings);
   const Stored s = stored(result);
   for (std::size_t n = 0; n < 4; ++n) {
     const BatchMean mean = of(s.power[n]);
@@ -190,7 +190,7 @@ TEST_CASE("a limit to the scatterings cuts histories off and says how much power
     TraceSettings settings;
     settings.photons = 100000;
     settings.scattering_depth = depth;
-    const TraceResult result = trace_photons(world, 0, settings);
+    const TraceResult result = trace_photons({world, 0}, settings);
     int deepest = -1;
     for (const Photon& photon : result.photons) deepest = std::max<int>(deepest, photon.collisions);
     CHECK(deepest == depth - 1);  // light that has scattered `depth` times does not scatter once more into a ray
@@ -204,18 +204,18 @@ TEST_CASE("photons below the threshold are not stored, and their power is told",
   const World world = beam_world(slab(1, 0.5));
   TraceSettings settings;
   settings.photons = 1000;
-  const TraceResult kept = trace_photons(world, 0, settings);
+  const TraceResult kept = trace_photons({world, 0}, settings);
   const double power = static_cast<double>(kept.photons.front().power);  // 5 / 1000, but for rounding
   CHECK(kept.dropped_W == 0);
   settings.photon_power_min = 1.02 * power;
-  const TraceResult dropped = trace_photons(world, 0, settings);
+  const TraceResult dropped = trace_photons({world, 0}, settings);
   double all = 0;
   for (const Photon& photon : kept.photons) all += static_cast<double>(photon.power);
   CHECK(dropped.photons.empty());
   CHECK(dropped.dropped_W == Approx(all).epsilon(1e-5));
   CHECK(dropped.energy.absorbed == kept.energy.absorbed);
   settings.photon_power_min = 0.98 * power;
-  CHECK(trace_photons(world, 0, settings).photons.size() == kept.photons.size());
+  CHECK(trace_photons({world, 0}, settings).photons.size() == kept.photons.size());
 }
 
 TEST_CASE("no photon, one photon and fewer photons than batches carry the right power", "[photon][trace]") {
@@ -223,7 +223,7 @@ TEST_CASE("no photon, one photon and fewer photons than batches carry the right 
   for (const std::uint64_t count : {0u, 1u, 5u, 16u, 37u}) {
     TraceSettings settings;
     settings.photons = count;
-    const TraceResult result = trace_photons(world, 0, settings);
+    const TraceResult result = trace_photons({world, 0}, settings);
     CHECK(result.emitted == count);
     CHECK(result.photons.size() == count);
     CHECK(of(result.energy.emitted).mean == Approx(count ? 5 : 0));
@@ -239,14 +239,14 @@ TEST_CASE("no photon, one photon and fewer photons than batches carry the right 
 }
 
 TEST_CASE("a World without power, and one without clouds, trace to nothing and to escape", "[photon][trace]") {
-  CHECK(trace_photons(World(grey_contents({})), 0, {}).emitted == 0);
+  CHECK(trace_photons({World(grey_contents({})), 0}, {}).emitted == 0);
   WorldContents contents;
   contents.bands.emplace_back("grey");
   contents.sources.push_back({{0, 0, 0}, 1, {1}});
   contents.particles.push_back({{0, 0, 3}, 1, {1}});
   TraceSettings settings;
   settings.photons = 200000;
-  const TraceResult result = trace_photons(World(std::move(contents)), 0, settings);
+  const TraceResult result = trace_photons({World(std::move(contents)), 0}, settings);
   CHECK(result.photons.empty());
   // What one of two equal spheres, three radii apart, receives of the other's light.
   const double share = of(result.energy.surface).mean / of(result.energy.emitted).mean;
@@ -267,7 +267,7 @@ TEST_CASE("stratified emission is quieter than random, regular is the same for e
     settings.photons = 32768;
     settings.directions = directions;
     settings.seed = seed;
-    return trace_photons(World(grey_contents(wish)), 0, settings, {&side, 1});
+    return trace_photons({World(grey_contents(wish)), 0}, settings, {&side, 1});
   };
   // So thin that emission alone decides.
   const auto flux = [&](Directions directions) {
@@ -311,13 +311,14 @@ TEST_CASE("photons of a periodic World stay in the first cell of the map's frame
   const World world(std::move(contents));
   TraceSettings settings;
   settings.photons = 20000;
-  const TraceResult result = trace_photons(world, 0, settings);
+  const TraceResult result = trace_photons({world, 0}, settings);
   CHECK(result.photons.size() > 5000);
   for (const Photon& photon : result.photons) {
     const Vec3f& p = photon.position;
     INFO(p.x << " " << p.y << " " << p.z);
     REQUIRE((p.x >= -1e-4 && p.x <= 16 + 1e-4 && p.y >= -1e-4 && p.y <= 20 + 1e-4 && p.z >= -1e-4 && p.z <= 8 + 1e-4));
-    REQUIRE(world.extinction_in_map(0, Vec3d(p.x, p.y, std::clamp(static_cast<double>(p.z), 1e-3, 8 - 1e-3))) >= 0);
+    REQUIRE(SpectralWorld(world, 0).extinction_in_map(
+                Vec3d(p.x, p.y, std::clamp(static_cast<double>(p.z), 1e-3, 8 - 1e-3))) >= 0);
   }
 }
 

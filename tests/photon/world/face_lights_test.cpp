@@ -103,7 +103,7 @@ struct Yard {
 TEST_CASE("the power of faces is that of all their sides", "[photon][face_lights]") {
   const Yard yard;
   const World world(yard.contents);
-  const FaceLights& lights = world.face_lights(0);
+  const FaceLights& lights = SpectralWorld(world, 0).face_lights();
   double power = 0, probability = 0;
   for (const Side& side : yard.sides) {
     const double count = world.objects()[side.id.surface].double_sided ? 2 : 1;
@@ -130,7 +130,7 @@ TEST_CASE("faces are chosen by their power, sides alike, and places evenly on th
   constexpr int kSamples = 400000;
   const Yard yard;
   const World world(yard.contents);
-  const FaceLights& lights = world.face_lights(0);
+  const FaceLights& lights = SpectralWorld(world, 0).face_lights();
   std::vector<double> faces(2 * yard.sides.size()), expected(faces.size());
   for (std::size_t s = 0; s < yard.sides.size(); ++s) {
     const Side& side = yard.sides[s];
@@ -205,7 +205,7 @@ TEST_CASE("faces are chosen by their power, sides alike, and places evenly on th
 TEST_CASE("a place emits what Kirchhoff's law says of its temperature and angle", "[photon][face_lights]") {
   const Yard yard;
   const World world(yard.contents);
-  const FaceLights& lights = world.face_lights(0);
+  const FaceLights& lights = SpectralWorld(world, 0).face_lights();
   const auto emission = [&](const FaceId& id, double u, double v, double cosine) {
     return lights.emission(world, {id, Vec3d(0), Vec3d(0), u, v}, cosine);
   };

@@ -85,8 +85,8 @@ struct Seen {
 
 Seen seen(const World& world, const Ray& ray, CoarseCells* cells) {
   Seen result;
-  result.light = detail::light_along(world, 0, ray, cells);
-  WorldWalk walk(world, 0, ray);
+  result.light = detail::light_along({world, 0}, ray, cells);
+  WorldWalk walk({world, 0}, ray);
   if (cells) {
     result.depth = cells->depth();
   } else {
@@ -97,7 +97,7 @@ Seen seen(const World& world, const Ray& ray, CoarseCells* cells) {
 
 /// Checks every ray against its own bound; returns what the walks did.
 FootprintCounts require_bounds(const World& world, const Footprint& footprint, double tolerance, int rays) {
-  const double source = world.largest_source(0);
+  const double source = SpectralWorld(world, 0).largest_source();
   FootprintCounts counts;
   double largest_use = 0;
   for (int i = 0; i < rays; ++i) {
@@ -189,7 +189,7 @@ TEST_CASE("the mean over a spot of dense rays is within the bound, in its place 
     for (int i = 0; i < 256; ++i) {
       Ray ray = middle;
       ray.origin += (i % 16 + 0.5 - 8) * u + (i / 16 + 0.5 - 8) * v;  // 16 m wide
-      CoarseCells cells({16, 0}, 1e-2, world.largest_source(0));
+      CoarseCells cells({16, 0}, 1e-2, SpectralWorld(world, 0).largest_source());
       coarse += std::exp(-seen(world, ray, &cells).depth) / 256;
       exact += std::exp(-seen(world, ray, nullptr).depth) / 256;
       bound = std::max(bound, cells.counts().error_bound);
@@ -211,7 +211,7 @@ TEST_CASE("over whole cells coarse transmission darkens and never brightens", "[
     double exact = 0, coarse = 0, half_square = 0;
     for (int i = 0; i < 64; ++i) {
       const Ray ray{{16 + 8.0 * (column % 4) + i % 8 + 0.5, 16 + 8.0 * (column / 4) + i / 8 + 0.5, -5}, {0, 0, 1}};
-      CoarseCells cells({15, 0}, 1e6, world.largest_source(0));
+      CoarseCells cells({15, 0}, 1e6, SpectralWorld(world, 0).largest_source());
       const Seen c = seen(world, ray, &cells), e = seen(world, ray, nullptr);
       REQUIRE(cells.counts().coarse + 8 >= cells.counts().segments);
       coarse += std::exp(-c.depth) / 64;
@@ -233,9 +233,9 @@ TEST_CASE("a smooth plume seen from afar is walked in fewer segments", "[footpri
   FootprintCounts counts;
   for (std::uint64_t i = 0; i < 300; ++i) {
     const Ray ray = random_ray(i);
-    WorldWalk walk(world, 0, ray);
+    WorldWalk walk({world, 0}, ray);
     while (walk.next()) ++segments;
-    CoarseCells cells({0, 0.05}, 1e-2, world.largest_source(0));  // 15 m wide at 300 m
+    CoarseCells cells({0, 0.05}, 1e-2, SpectralWorld(world, 0).largest_source());  // 15 m wide at 300 m
     seen(world, ray, &cells);
     counts += cells.counts();
   }
@@ -306,9 +306,9 @@ TEST_CASE("light that scatters into a ray with coarse cells is what the leaves s
     std::vector<std::uint64_t> histories(count);
     for (std::size_t i = 0; i < count; ++i) histories[i] = first + i;
     std::vector<Incoming> incoming(count);
-    incoming_radiance(world, 0, nullptr, own, rays, histories, incoming);
-    CoarseCells cells(footprint, own.footprint_tolerance, world.largest_source(0));
-    const double emission = detail::light_along(world, 0, ray, footprint.exists() ? &cells : nullptr);
+    incoming_radiance({world, 0}, nullptr, own, rays, histories, incoming);
+    CoarseCells cells(footprint, own.footprint_tolerance, SpectralWorld(world, 0).largest_source());
+    const double emission = detail::light_along({world, 0}, ray, footprint.exists() ? &cells : nullptr);
     if (footprint.exists()) CHECK(cells.depth_doubt() > 0.02);
     Moments moments;
     for (const Incoming& in : incoming) moments.add(in.direct - emission);

@@ -47,7 +47,7 @@ inline std::vector<Ray> rays_about(const World& world, int count, double t_max =
 
 inline double scalar_depth(const World& world, const Ray& ray) {
   double depth = 0;
-  WorldWalk walk(world, 0, ray);
+  WorldWalk walk({world, 0}, ray);
   while (walk.next()) depth += walk.optics().extinction * (walk.end() - walk.begin());
   return depth;
 }

@@ -36,9 +36,9 @@ World overlapping() {
 
 TEST_CASE("phase functions are mixed in proportion to what each medium scatters", "[photon][scatter]") {
   const World world = overlapping();
-  const LocalScattering both(world, 0, {2, 2, 2});
-  const LocalScattering one(world, 0, {6, 2, 2});
-  const LocalScattering none(world, 0, {-1, 2, 2});
+  const LocalScattering both({world, 0}, {2, 2, 2});
+  const LocalScattering one({world, 0}, {6, 2, 2});
+  const LocalScattering none({world, 0}, {-1, 2, 2});
   CHECK(both.total() == Approx(0.4 + 0.45));
   CHECK(one.total() == Approx(0.4));
   CHECK(none.total() == 0);
@@ -61,7 +61,7 @@ TEST_CASE("directions are drawn from the mixture", "[photon][scatter]") {
   const PhaseFunction a = PhaseFunction::henyey_greenstein(0.7);
   const PhaseFunction b = PhaseFunction::double_henyey_greenstein(0.3, -0.8, 0.6);
   for (const Vec3d& x : {Vec3d(2, 2, 2), Vec3d(6, 2, 2)}) {
-    const LocalScattering scattering(world, 0, x);
+    const LocalScattering scattering({world, 0}, x);
     Stream random(8, 0, 0);
     const auto draw = [&] {
       const double u = random.uniform();

@@ -13,12 +13,12 @@ namespace {
 /// The batched depths and flights of these rays, each against the scalar walk.
 void check_batched(const World& world, const std::vector<Ray>& rays) {
   std::vector<double> depths(rays.size());
-  world.optical_depths(0, rays, depths);
+  SpectralWorld(world, 0).optical_depths(rays, depths);
   std::vector<Flight> flights;
   Stream random(4, 0, 0);
   for (const Ray& ray : rays) flights.push_back({ray, -std::log(random.uniform())});
   std::vector<FreePath> ends(rays.size());
-  world.reach_depths(0, flights, ends);
+  SpectralWorld(world, 0).reach_depths(flights, ends);
   int collided = 0, crossed = 0;
   double worst_depth = 0, worst_target = 0;
   bool agreed = true, found_medium = true;
@@ -34,7 +34,7 @@ void check_batched(const World& world, const std::vector<Ray>& rays) {
     part.t_max = ends[i].t;
     worst_target = std::max(worst_target, std::abs(scalar_depth(world, part) - target) / std::max(target, 0.1));
     FreePath end = ends[i];
-    found_medium = found_medium && world.at_collision(0, flights[i], end).extinction > 0;
+    found_medium = found_medium && SpectralWorld(world, 0).at_collision(flights[i], end).extinction > 0;
   }
   CHECK(worst_depth < 2e-5);
   CHECK(worst_target < 5e-5);
@@ -101,16 +101,16 @@ TEST_CASE("a ray along a periodic layer goes through cell after cell", "[photon]
   for (const double sign : {1.0, -1.0}) {
     const Ray ray{{0, 4, 4}, {sign, 0, 0}, 0, 1000};
     double depth = 0;
-    world.optical_depths(0, {&ray, 1}, {&depth, 1});
+    SpectralWorld(world, 0).optical_depths({&ray, 1}, {&depth, 1});
     CHECK(depth == Approx(100 * cell).epsilon(1e-5));
     CHECK(scalar_depth(world, ray) == Approx(100 * cell).epsilon(1e-12));
     // Endless: nothing of the light is left, and a flight ends where it should.
     const Ray endless{{0, 4, 4}, {sign, 0, 0}, 0, kInfinity};
-    world.optical_depths(0, {&endless, 1}, {&depth, 1});
+    SpectralWorld(world, 0).optical_depths({&endless, 1}, {&depth, 1});
     CHECK(depth > 700);
     const Flight flight{endless, 50.5 * cell};
     FreePath end;
-    world.reach_depths(0, {&flight, 1}, {&end, 1});
+    SpectralWorld(world, 0).reach_depths({&flight, 1}, {&end, 1});
     CHECK(end.collided);
     // Half a cell's depth: 4 m of 1, then 4/3 m of 3; the other way from the back, after the gap.
     CHECK(end.t == Approx(500 + (sign > 0 ? 4 + 4.0 / 3 : 2 + 8.0 / 3)).epsilon(1e-5));
@@ -123,14 +123,14 @@ TEST_CASE("a collision that rounding has carried out of the cloud is put right",
   const World world = world_of({make_cloud(wish)});
   const Flight flight{{{4, 4, -2}, {0, 0, 1}, 0, kInfinity}, 8 - 1e-7};
   FreePath end{10 + 1e-6, flight.target_depth, true};
-  CHECK(world.at(0, flight.ray.at(end.t)).extinction == 0);
-  CHECK(world.at_collision(0, flight, end).extinction == 1);
+  CHECK(SpectralWorld(world, 0).at(flight.ray.at(end.t)).extinction == 0);
+  CHECK(SpectralWorld(world, 0).at_collision(flight, end).extinction == 1);
   CHECK(end.collided);
   CHECK(end.t < 10);
   CHECK(end.t > 10 - 1e-4);
   // More than there is: no collision after all.
   const Flight beyond{flight.ray, 8 + 1e-7};
   end = {10 + 1e-6, beyond.target_depth, true};
-  CHECK(world.at_collision(0, beyond, end).extinction == 0);
+  CHECK(SpectralWorld(world, 0).at_collision(beyond, end).extinction == 0);
   CHECK(!end.collided);
 }

@@ -42,9 +42,9 @@ TEST_CASE("a point is found through the cloud's placement and its grid", "[photo
     const Vec3d x = transform_point(cloud.local_to_world, 0.5 * index);
     CHECK((world.index_point(0, x) - index).length() < 1e-12);
     const Vec3i voxel(static_cast<int>(index.x), static_cast<int>(index.y), static_cast<int>(index.z));
-    CHECK(world.at(0, x).extinction == Approx(0.4 * noise_density(voxel)).epsilon(1e-6));
+    CHECK(SpectralWorld(world, 0).at(x).extinction == Approx(0.4 * noise_density(voxel)).epsilon(1e-6));
   }
-  CHECK(world.at(0, transform_point(cloud.local_to_world, Vec3d(-0.01, 1, 1))).extinction == 0);
+  CHECK(SpectralWorld(world, 0).at(transform_point(cloud.local_to_world, Vec3d(-0.01, 1, 1))).extinction == 0);
   // The bounds hold every corner and no more.
   Box3d corners;
   for (int c = 0; c < 8; ++c) {
@@ -64,14 +64,14 @@ TEST_CASE("coefficients of overlapping media and clouds add", "[photon][world]")
   // Voxel x = 2: channel a is 3, channel b is 4.
   const double extinction = 3 * 0.1 + 4 * 0.2 + 4 * 0.3;
   const double scattering = 3 * 0.1 * 0.5 + 4 * 0.2 * 0.25 + 4 * 0.3;
-  const LocalOptics here = world.at(0, {2.5, 4, 4});
+  const LocalOptics here = SpectralWorld(world, 0).at({2.5, 4, 4});
   CHECK(here.extinction == Approx(extinction + 0.6));
   CHECK(here.scattering == Approx(scattering + 0.3));
   CHECK(here.emission == Approx((extinction - scattering) * 2 + 0.7 * 3 + 0.3 * 5));
-  CHECK(world.optics(0, 0).extinction_weights()[0] == Approx(0.1));
-  CHECK(world.optics(0, 0).extinction_weights()[1] == Approx(0.5));
-  CHECK(world.scatters(0));
-  CHECK(world.emits(0));
+  CHECK(SpectralWorld(world, 0).optics(0).extinction_weights()[0] == Approx(0.1));
+  CHECK(SpectralWorld(world, 0).optics(0).extinction_weights()[1] == Approx(0.5));
+  CHECK(SpectralWorld(world, 0).scatters());
+  CHECK(SpectralWorld(world, 0).emits());
   const double depth = scalar_depth(world, {{2.5, 4, -1}, {0, 0, 1}, 0, kInfinity});
   CHECK(depth == Approx(8 * (extinction + 0.6)));
 }
@@ -99,9 +99,10 @@ TEST_CASE("the source is uniform only where it is one number in every cloud", "[
   contents.bands.emplace_back("ir", 8.0, 12.0);
   contents.clouds = {warm};
   const World world(std::move(contents));
-  CHECK(!world.uniform_source(0));
+  CHECK(!SpectralWorld(world, 0).uniform_source());
   const double absorption = 3 * 0.1 * 0.5 + 4 * 0.2 * 0.75;
-  CHECK(world.at(0, {2.5, 4, 4}).emission == Approx(absorption * world.bands()[0].planck(0, 400)).epsilon(1e-8));
+  CHECK(SpectralWorld(world, 0).at({2.5, 4, 4}).emission ==
+        Approx(absorption * world.bands()[0].planck(0, 400)).epsilon(1e-8));
 }
 
 TEST_CASE("behind the clouds are the sky and the sun's disc with its irradiance", "[photon][world]") {
@@ -111,10 +112,11 @@ TEST_CASE("behind the clouds are the sky and the sun's disc with its irradiance"
   const Vec3d toward = Vec3d(1, 2, 2).normalized();
   contents.sun = Sun{toward, {7}, 0.02};
   const World world(std::move(contents));
-  CHECK(world.background(0, direction_about(toward, std::cos(0.0099), 1)) == 0.5 + world.suns()[0].radiance(0));
-  CHECK(world.background(0, direction_about(toward, std::cos(0.0101), 1)) == 0.5);
-  CHECK(world.background(0, toward, false) == 0.5);
-  CHECK(world.background(0, -toward) == 0.5);
+  CHECK(SpectralWorld(world, 0).background(direction_about(toward, std::cos(0.0099), 1)) ==
+        0.5 + world.suns()[0].radiance(0));
+  CHECK(SpectralWorld(world, 0).background(direction_about(toward, std::cos(0.0101), 1)) == 0.5);
+  CHECK(SpectralWorld(world, 0).background(toward, false) == 0.5);
+  CHECK(SpectralWorld(world, 0).background(-toward) == 0.5);
   // Radiance times the projected solid angle is the irradiance on a plane that faces the sun.
   double irradiance = 0;
   const int steps = 1000;
@@ -140,16 +142,16 @@ TEST_CASE("an empty cloud and no cloud at all leave rays as they are", "[photon]
        {world_of({}, 1.5), world_of({make_cloud(wish)}, 1.5), world_of({make_cloud(periodic)}, 1.5)}) {
     const Ray ray{{-5, 4, 4}, {1, 0, 0}, 0, kInfinity};
     double depth = -1;
-    world.optical_depths(0, {&ray, 1}, {&depth, 1});
+    SpectralWorld(world, 0).optical_depths({&ray, 1}, {&depth, 1});
     CHECK(depth == 0);
     const Flight flight{ray, 1};
     FreePath end;
-    world.reach_depths(0, {&flight, 1}, {&end, 1});
+    SpectralWorld(world, 0).reach_depths({&flight, 1}, {&end, 1});
     CHECK(!end.collided);
-    CHECK(world.at(0, {4, 4, 4}).extinction == 0);
+    CHECK(SpectralWorld(world, 0).at({4, 4, 4}).extinction == 0);
     CHECK(world.bounds().isEmpty());
-    CHECK(!WorldWalk(world, 0, ray).next());
-    CHECK(world.background(0, {1, 0, 0}) == 1.5);
+    CHECK(!WorldWalk({world, 0}, ray).next());
+    CHECK(SpectralWorld(world, 0).background({1, 0, 0}) == 1.5);
   }
 }
 
@@ -204,8 +206,8 @@ TEST_CASE("a point is wrapped into the first cell and has the same optics there"
       const double count = moved.dot(period) / period.length2();
       CHECK(std::abs(count - std::round(count)) < 1e-9);
     }
-    CHECK(world.at(0, wrapped).extinction == world.at(0, x).extinction);
-    met += world.at(0, x).extinction > 0;
+    CHECK(SpectralWorld(world, 0).at(wrapped).extinction == SpectralWorld(world, 0).at(x).extinction);
+    met += SpectralWorld(world, 0).at(x).extinction > 0;
   }
   CHECK(met > 100);
 }
@@ -229,9 +231,10 @@ TEST_CASE("the map's frame is rigid, and extinction there is that of the World",
     int met = 0;
     for (const Ray& ray : rays_about(world, 3000)) {
       const Vec3d x = ray.origin;  // every third is in the bounds
-      const double here = world.at(0, x).extinction;
+      const double here = SpectralWorld(world, 0).at(x).extinction;
       met += here > 0;
-      CHECK(world.extinction_in_map(0, transform_point(world.world_to_map(), x)) == Approx(here).margin(1e-12));
+      CHECK(SpectralWorld(world, 0).extinction_in_map(transform_point(world.world_to_map(), x)) ==
+            Approx(here).margin(1e-12));
     }
     CHECK(met > 10);
   }

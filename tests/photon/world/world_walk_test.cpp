@@ -78,7 +78,7 @@ struct Step {
 };
 std::vector<Step> steps(const World& world, const Ray& ray) {
   std::vector<Step> result;
-  WorldWalk walk(world, 0, ray);
+  WorldWalk walk({world, 0}, ray);
   while (walk.next()) result.push_back({walk.begin(), walk.end(), walk.optics()});
   return result;
 }

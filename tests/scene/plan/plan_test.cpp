@@ -330,7 +330,7 @@ TEST_CASE("the user's word comes before any bound", "[scene][plan]") {
   CHECK_FALSE(row_of(dark.plan(), "sky").on);
   CHECK(row_of(dark.plan(), "sky").reason == "forced off");
   CHECK(row_of(dark.plan(), "sky").bound);
-  CHECK(dark.world().sky(0) == 0);
+  CHECK(SpectralWorld(dark.world(), 0).sky() == 0);
   CHECK(dark.plan().budget.dropped == 0);
   CHECK(dark.plan().warnings.size() == 1);
   // What is absent cannot be forced on.

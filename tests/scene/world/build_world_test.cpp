@@ -37,7 +37,7 @@ BuiltWorld build(const std::string& text, double time_s = 0, const std::filesyst
 double depth_along(const World& world, const Vec3d& from, const Vec3d& direction, int interval = 0) {
   const Ray ray{from, direction, 0, kInfinity};
   double depth = 0;
-  world.optical_depths(interval, {&ray, 1}, {&depth, 1});
+  SpectralWorld(world, interval).optical_depths({&ray, 1}, {&depth, 1});
   return depth;
 }
 
@@ -51,27 +51,27 @@ TEST_CASE("a place scales lengths, turns and shifts a cloud, and leaves its dens
   // The long side, 2 m, has become 6 m along y.
   CHECK(depth_along(world, {10.1, -100, 30.1}, {0, 1, 0}) == Approx(0.5 * 6).epsilon(1e-5));
   CHECK(depth_along(world, {-100, 20.1, 30.1}, {1, 0, 0}) == Approx(0.5 * 3).epsilon(1e-5));
-  CHECK(world.at(0, {10, 22.9, 30}).extinction == Approx(0.5));
-  CHECK(world.at(0, {10, 23.1, 30}).extinction == 0);
+  CHECK(SpectralWorld(world, 0).at({10, 22.9, 30}).extinction == Approx(0.5));
+  CHECK(SpectralWorld(world, 0).at({10, 23.1, 30}).extinction == 0);
 }
 
 TEST_CASE("media of one grid add up and keep their own albedo", "[scene][world]") {
   const World world = build(scene_with(R"({"grid": {"shape": "box", "size_m": [1, 1, 1], "voxel_m": 0.25}, "media": [
       {"density": "density", "extinction": 0.5, "albedo": 0.25}, {"density": "density", "extinction": 2, "albedo": 0.75}]})"))
                           .world;
-  CHECK(world.at(0, Vec3d(0)).extinction == Approx(2.5));
-  CHECK(world.at(0, Vec3d(0)).scattering == Approx(0.125 + 1.5));
+  CHECK(SpectralWorld(world, 0).at(Vec3d(0)).extinction == Approx(2.5));
+  CHECK(SpectralWorld(world, 0).at(Vec3d(0)).scattering == Approx(0.125 + 1.5));
 }
 
 TEST_CASE("a temperature emits Planck's radiance by Kirchhoff's law", "[scene][world]") {
   const World world = build(scene_with_box(R"(, "temperature": {"K": 300})")).world;
-  CHECK(world.at(0, Vec3d(0)).emission == Approx(0.5 * 0.75 * world.bands()[0].planck(300)));
+  CHECK(SpectralWorld(world, 0).at(Vec3d(0)).emission == Approx(0.5 * 0.75 * world.bands()[0].planck(300)));
 }
 
 TEST_CASE("a source stands in for Planck, an emission is added as it is", "[scene][world]") {
   const World world = build(scene_with_box(R"(, "source": 2, "emission": 3)")).world;
   // Both are per um over a band of 4 um.
-  CHECK(world.at(0, Vec3d(0)).emission == Approx(0.5 * 0.75 * 2 * 4 + 3 * 4));
+  CHECK(SpectralWorld(world, 0).at(Vec3d(0)).emission == Approx(0.5 * 0.75 * 2 * 4 + 3 * 4));
 }
 
 TEST_CASE("spectral optics are taken where each interval is", "[scene][world]") {
@@ -81,8 +81,8 @@ TEST_CASE("spectral optics are taken where each interval is", "[scene][world]") 
     "sensor": {"position_m": [0, -10, 0], "look_at_m": [0, 0, 0]}})")
                           .world;
   REQUIRE(world.interval_count() == 2);
-  CHECK(world.at(0, Vec3d(0)).extinction == Approx(2));
-  CHECK(world.at(1, Vec3d(0)).extinction == Approx(4));
+  CHECK(SpectralWorld(world, 0).at(Vec3d(0)).extinction == Approx(2));
+  CHECK(SpectralWorld(world, 1).at(Vec3d(0)).extinction == Approx(4));
 }
 
 TEST_CASE("raw grids of one lattice share an octree, others get their own with the temperature sampled there",
@@ -104,7 +104,8 @@ TEST_CASE("raw grids of one lattice share an octree, others get their own with t
                                  0, folder.path());
   REQUIRE(built.world.cloud_count() == 1);
   CHECK(built.world.clouds()[0].octree->channel_count() == 2);
-  CHECK(built.world.at(0, Vec3d(4)).emission == Approx(built.world.bands()[0].planck(400)).epsilon(1e-3));
+  CHECK(SpectralWorld(built.world, 0).at(Vec3d(4)).emission ==
+        Approx(built.world.bands()[0].planck(400)).epsilon(1e-3));
 
   CHECK_THROWS_WITH(build(scene_with(R"({"grid": {"file": "cloud.json"},
       "media": [{"density": "dust", "extinction": 1}]})"),
@@ -118,7 +119,7 @@ TEST_CASE("sky, sun, hot spheres and beams arrive in the World", "[scene][world]
     "sources": [{"name": "flare", "position_m": [0, 0, 2], "radius_m": 0.1, "K": 2000}],
     "beams": [{"position_m": [0, 0, 5], "toward": [0, 0, -2], "power": 1}])"))
                           .world;
-  CHECK(world.sky(0) == Approx(world.bands()[0].planck(250)));
+  CHECK(SpectralWorld(world, 0).sky() == Approx(world.bands()[0].planck(250)));
   REQUIRE(world.suns().size() == 1);
   CHECK(world.suns()[0].toward.x == Approx(1));
   CHECK(world.suns()[0].irradiance[0] == Approx(8));
@@ -168,6 +169,6 @@ TEST_CASE("air has 288 K unless its temperature or radiance is given, and is non
 TEST_CASE("a periodic cloud repeats after n dx where no period is given", "[scene][world]") {
   const World world = build(scene_with_box(R"(, "periodic": ["x"])")).world;
   CHECK(world.period()[0].x == Approx(2));
-  CHECK(world.at(0, {1000.3, 0, 0}).extinction == Approx(0.5));
-  CHECK(world.at(0, {0, 1000.3, 0}).extinction == 0);
+  CHECK(SpectralWorld(world, 0).at({1000.3, 0, 0}).extinction == Approx(0.5));
+  CHECK(SpectralWorld(world, 0).at({0, 1000.3, 0}).extinction == 0);
 }

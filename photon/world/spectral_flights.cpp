@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "photon/world/world.h"
+#include "photon/world/spectral_world.h"
 #include "photon/world/world_walk.h"
 
 namespace obscura {
@@ -10,9 +10,9 @@ namespace {
 
 /// One flight by the world walk, in double. Returns the optics of the segment that it collided in; the
 /// end is kept off that segment's faces, so that a look-up there finds the same.
-LocalOptics walk_to_depth(const World& world, int interval, const Flight& flight, FreePath& end) noexcept {
+LocalOptics walk_to_depth(SpectralWorld world, const Flight& flight, FreePath& end) noexcept {
   end = {flight.ray.t_max, 0.0, false};
-  WorldWalk walk(world, interval, flight.ray);
+  WorldWalk walk(world, flight.ray);
   while (walk.next()) {
     const double length = walk.end() - walk.begin();
     const double depth = walk.optics().extinction * length;
@@ -35,39 +35,39 @@ constexpr double kThick = 100;
 
 }  // namespace
 
-bool World::has_thick_leaves(int interval) const noexcept {
+bool SpectralWorld::has_thick_leaves() const noexcept {
   double most = 0;
-  for (int c = 0; c < cloud_count(); ++c) {
-    for (const CloudOptics::Part& part : optics(c, interval).parts()) {
+  for (int c = 0; c < world_->cloud_count(); ++c) {
+    for (const CloudOptics::Part& part : optics(c).parts()) {
       most +=
-          part.extinction * static_cast<double>(clouds()[static_cast<std::size_t>(c)].octree->bounds(part.channel).max);
+          part.extinction * static_cast<double>(world_->clouds()[static_cast<std::size_t>(c)].octree->bounds(part.channel).max);
     }
   }
-  return most * largest_leaf_m_ > kThick;
+  return most * world_->largest_leaf_m_ > kThick;
 }
 
-LocalOptics World::at_collision(int interval, const Flight& flight, FreePath& end) const noexcept {
-  const LocalOptics here = at(interval, flight.ray.at(end.t));
-  if (here.extinction > 0 && here.extinction * largest_leaf_m_ <= kThick) return here;
-  return walk_to_depth(*this, interval, flight, end);
+LocalOptics SpectralWorld::at_collision(const Flight& flight, FreePath& end) const noexcept {
+  const LocalOptics here = at(flight.ray.at(end.t));
+  if (here.extinction > 0 && here.extinction * world_->largest_leaf_m_ <= kThick) return here;
+  return walk_to_depth(*this, flight, end);
 }
 
-void World::optical_depths(int interval, std::span<const Ray> rays, std::span<double> depths) const {
+void SpectralWorld::optical_depths(std::span<const Ray> rays, std::span<double> depths) const {
   std::vector<Ray> pieces;
-  if (cloud_count() == 1 && !frame(0).periodic()) {
+  if (world_->cloud_count() == 1 && !world_->frame(0).periodic()) {
     pieces.resize(rays.size());
-    for (std::size_t i = 0; i < rays.size(); ++i) pieces[i] = transform_ray(frame(0).world_to_index, rays[i]);
-    obscura::optical_depths(*clouds().front().octree, pieces, optics(0, interval).extinction_weights(), depths);
+    for (std::size_t i = 0; i < rays.size(); ++i) pieces[i] = transform_ray(world_->frame(0).world_to_index, rays[i]);
+    obscura::optical_depths(*world_->clouds().front().octree, pieces, optics(0).extinction_weights(), depths);
     return;
   }
   std::fill(depths.begin(), depths.end(), 0.0);
   std::vector<double> parts;
-  for (int c = 0; c < cloud_count(); ++c) {
-    const Octree& octree = *clouds()[static_cast<std::size_t>(c)].octree;
-    const std::vector<double>& weights = optics(c, interval).extinction_weights();
-    if (!frame(c).periodic()) {
+  for (int c = 0; c < world_->cloud_count(); ++c) {
+    const Octree& octree = *world_->clouds()[static_cast<std::size_t>(c)].octree;
+    const std::vector<double>& weights = optics(c).extinction_weights();
+    if (!world_->frame(c).periodic()) {
       pieces.clear();
-      for (const Ray& ray : rays) pieces.push_back(transform_ray(frame(c).world_to_index, ray));
+      for (const Ray& ray : rays) pieces.push_back(transform_ray(world_->frame(c).world_to_index, ray));
       parts.resize(rays.size());
       obscura::optical_depths(octree, pieces, weights, parts);
       for (std::size_t i = 0; i < rays.size(); ++i) depths[i] += parts[i];
@@ -76,7 +76,7 @@ void World::optical_depths(int interval, std::span<const Ray> rays, std::span<do
     // One round per cell that the rays cross.
     std::vector<CellRays> cells;
     cells.reserve(rays.size());
-    for (const Ray& ray : rays) cells.emplace_back(frame(c), ray);
+    for (const Ray& ray : rays) cells.emplace_back(world_->frame(c), ray);
     std::vector<std::size_t> active(rays.size());
     for (std::size_t i = 0; i < active.size(); ++i) active[i] = i;
     while (!active.empty()) {
@@ -98,20 +98,20 @@ void World::optical_depths(int interval, std::span<const Ray> rays, std::span<do
   }
 }
 
-void World::reach_depths(int interval, std::span<const Flight> flights, std::span<FreePath> ends) const {
-  if (cloud_count() == 1) {
-    const Octree& octree = *clouds().front().octree;
-    const std::vector<double>& weights = optics(0, interval).extinction_weights();
+void SpectralWorld::reach_depths(std::span<const Flight> flights, std::span<FreePath> ends) const {
+  if (world_->cloud_count() == 1) {
+    const Octree& octree = *world_->clouds().front().octree;
+    const std::vector<double>& weights = optics(0).extinction_weights();
     // The batched walk is right to about 2e-5 of the cloud's size: too little for flights that are short
     // beside it, whose walk in double is short too.
-    const Vec3d extent = frame(0).local_bounds.max - frame(0).local_bounds.min;
-    const double size = transform_direction(clouds().front().local_to_world, extent).length();
+    const Vec3d extent = world_->frame(0).local_bounds.max - world_->frame(0).local_bounds.min;
+    const double size = transform_direction(world_->clouds().front().local_to_world, extent).length();
     const auto refine = [&](const Flight& flight, FreePath& end) {
-      if (end.t - flight.ray.t_min < 2e-3 * size) walk_to_depth(*this, interval, flight, end);
+      if (end.t - flight.ray.t_min < 2e-3 * size) walk_to_depth(*this, flight, end);
     };
-    if (!frame(0).periodic()) {
+    if (!world_->frame(0).periodic()) {
       std::vector<Flight> own(flights.begin(), flights.end());
-      for (Flight& flight : own) flight.ray = transform_ray(frame(0).world_to_index, flight.ray);
+      for (Flight& flight : own) flight.ray = transform_ray(world_->frame(0).world_to_index, flight.ray);
       obscura::free_paths(octree, own, weights, ends);
       for (std::size_t i = 0; i < flights.size(); ++i) {
         if (ends[i].collided) {
@@ -124,7 +124,7 @@ void World::reach_depths(int interval, std::span<const Flight> flights, std::spa
     }
     std::vector<CellRays> cells;
     cells.reserve(flights.size());
-    for (const Flight& flight : flights) cells.emplace_back(frame(0), flight.ray);
+    for (const Flight& flight : flights) cells.emplace_back(world_->frame(0), flight.ray);
     std::vector<std::size_t> active(flights.size());
     for (std::size_t i = 0; i < active.size(); ++i) {
       active[i] = i;
@@ -156,7 +156,7 @@ void World::reach_depths(int interval, std::span<const Flight> flights, std::spa
     }
     return;
   }
-  for (std::size_t i = 0; i < flights.size(); ++i) walk_to_depth(*this, interval, flights[i], ends[i]);
+  for (std::size_t i = 0; i < flights.size(); ++i) walk_to_depth(*this, flights[i], ends[i]);
 }
 
 }  // namespace obscura
