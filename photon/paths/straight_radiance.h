@@ -1,5 +1,5 @@
-// Radiance along rays into which nothing is scattered or reflected: all that they bring comes from along themselves. One
-// loop over the rays, no lists of legs. For radiance.cpp.
+// Radiance along rays into which nothing is scattered or reflected: all that they bring comes from along themselves.
+// One loop over the rays, no lists of legs. For radiance.cpp.
 #pragma once
 
 #include <span>
@@ -16,7 +16,8 @@ inline double surface_behind(SpectralWorld world, const Ray& ray, const SurfaceH
   return air < 1 ? air * behind + (1 - air) * world.air_radiance() : behind;
 }
 
-/// As incoming_radiance(). @pre nothing scatters or reflects light into a ray, and none has a spot to be walked coarsely
+/// As incoming_radiance(). @pre nothing scatters or reflects light into a ray, and none has a spot to be walked
+/// coarsely
 RadianceCounts straight_radiance(SpectralWorld world, const RadianceSettings& settings, std::span<const Ray> rays,
                                  std::span<const std::uint64_t> histories, std::span<Incoming> incoming);
 

@@ -39,8 +39,8 @@ bool SpectralWorld::has_thick_leaves() const noexcept {
   double most = 0;
   for (int c = 0; c < world_->cloud_count(); ++c) {
     for (const CloudOptics::Part& part : optics(c).parts()) {
-      most +=
-          part.extinction * static_cast<double>(world_->clouds()[static_cast<std::size_t>(c)].octree->bounds(part.channel).max);
+      most += part.extinction *
+              static_cast<double>(world_->clouds()[static_cast<std::size_t>(c)].octree->bounds(part.channel).max);
     }
   }
   return most * world_->largest_leaf_m_ > kThick;

@@ -48,9 +48,8 @@ double SpectralWorld::largest_source() const noexcept {
 }
 
 bool SpectralWorld::glows() const noexcept {
-  return std::any_of(world_->contents_.clouds.begin(), world_->contents_.clouds.end(), [this](const Cloud& cloud) {
-    return !cloud.emission.empty() && cloud.emission[index()] > 0;
-  });
+  return std::any_of(world_->contents_.clouds.begin(), world_->contents_.clouds.end(),
+                     [this](const Cloud& cloud) { return !cloud.emission.empty() && cloud.emission[index()] > 0; });
 }
 
 std::optional<double> SpectralWorld::uniform_source() const noexcept {
@@ -84,7 +83,7 @@ double SpectralWorld::background(const Vec3d& direction, bool discs) const noexc
 const MaterialOptics& SpectralWorld::material(const FaceId& face) const noexcept {
   const Object& object = world_->contents_.objects[face.surface];
   return world_->materials_[index() * world_->contents_.materials.size() +
-                    static_cast<std::size_t>(object.materials[world_->slot_of(face)])];
+                            static_cast<std::size_t>(object.materials[world_->slot_of(face)])];
 }
 
 double SpectralWorld::black_radiance(const FaceId& face, double u, double v) const noexcept {

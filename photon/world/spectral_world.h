@@ -9,8 +9,8 @@
 
 namespace obscura {
 
-/// A World and one of its intervals; two words, passed by value. `->` reaches what all intervals share. Valid as long as
-/// the World. (Intervals that share a flight would be bound here, too.)
+/// A World and one of its intervals; two words, passed by value. `->` reaches what all intervals share. Valid as long
+/// as the World. (Intervals that share a flight would be bound here, too.)
 class SpectralWorld {
  public:
   /// @param interval 0 to World::interval_count() - 1
@@ -61,9 +61,7 @@ class SpectralWorld {
   void reach_depths(std::span<const Flight> flights, std::span<FreePath> ends) const;
 
   /// W/m2/sr
-  double sky() const noexcept {
-    return world_->contents().sky.empty() ? 0.0 : value_of(world_->contents().sky);
-  }
+  double sky() const noexcept { return world_->contents().sky.empty() ? 0.0 : value_of(world_->contents().sky); }
   /// Radiance from beyond all clouds, W/m2/sr: the sky, and the discs of sun and moon where the ray meets
   /// them.
   double background(const Vec3d& direction, bool discs = true) const noexcept;
@@ -71,9 +69,7 @@ class SpectralWorld {
   double air_extinction() const noexcept {
     return world_->atmosphere() ? value_of(world_->atmosphere()->extinction) : 0.0;
   }
-  double air_radiance() const noexcept {
-    return world_->atmosphere() ? value_of(world_->atmosphere()->radiance) : 0.0;
-  }
+  double air_radiance() const noexcept { return world_->atmosphere() ? value_of(world_->atmosphere()->radiance) : 0.0; }
 
   /// What a ray has met; the hit has to exist.
   SurfacePoint surface_at(const Ray& ray, const SurfaceHit& hit) const noexcept;

@@ -295,7 +295,7 @@ TEST_CASE("e5: light through voids and ducts", "[physics][reference][box]") {
       rays.push_back({point, away.normalized(), 0, away.length()});
       weights.push_back(8000 / (4 * kPi * away.length2()));
     }
-    worlds[static_cast<std::size_t>(problem)].optical_depths(0, rays, depths);
+    SpectralWorld(worlds[static_cast<std::size_t>(problem)], 0).optical_depths(rays, depths);
     double sum = 0;
     for (std::size_t i = 0; i < kPoints; ++i) sum += weights[i] * std::exp(-depths[i]) / kPoints;
     return sum;

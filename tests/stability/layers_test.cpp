@@ -52,7 +52,7 @@ TEST_CASE("h2: layers that scatter straight on or straight back", "[stability][l
       const World lit = layer(row.depth, row.albedo, PhaseFunction::henyey_greenstein(g), 1);
       TraceSettings trace;
       trace.photons = 20000;
-      const TraceResult traced = trace_photons(lit, 0, trace, planes);
+      const TraceResult traced = trace_photons({lit, 0}, trace, planes);
       const BatchMean up = per_area(traced.flux[0].forward, 1), down = per_area(traced.flux[1].backward, 1);
       const double spread = std::abs(g) < 1 ? 0.003 : 0;  // what the degree costs
       CHECK(std::abs(up.mean - row.reflected) <= 6 * up.standard_error + spread + 3e-4);
@@ -152,7 +152,7 @@ TEST_CASE("light that nobody could follow to its end is refused by name, and by 
   OrdinatesSettings settings;
   settings.cells = {1, 1, 16};
   settings.tolerance = 1e-5;
-  const OrdinatesSolution solution = solve_ordinates(endless, 0, settings);
+  const OrdinatesSolution solution = solve_ordinates({endless, 0}, settings);
   const OrdinatesPowers& powers = solution.powers();
   // d5: 1.7e-6 of the sun at the zenith comes through, all the rest is reflected.
   CHECK(powers.left[2][1] == Approx(1).epsilon(1e-4));

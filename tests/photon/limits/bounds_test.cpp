@@ -24,25 +24,25 @@ World box(double extinction, double albedo, double g) {
 }  // namespace
 
 TEST_CASE("the largest depth lies between a side and the diagonal of a box", "[photon][bounds]") {
-  const double depth = largest_optical_depth(box(0.5, 0, 0), 0);
+  const double depth = largest_optical_depth({box(0.5, 0, 0), 0});
   CHECK(depth >= 0.5 * 8);
   CHECK(depth <= 0.5 * 8 * std::sqrt(3.0) * (1 + 1e-6));
   CHECK(depth > 0.5 * 8 * 1.4);  // 256 chords come near the diagonal
-  CHECK(largest_optical_depth(box(5, 0, 0), 0) == Approx(10 * depth).epsilon(1e-4));
+  CHECK(largest_optical_depth({box(5, 0, 0), 0}) == Approx(10 * depth).epsilon(1e-4));
   WorldContents nothing;
   nothing.bands.emplace_back("grey");
   CHECK(largest_optical_depth({World(std::move(nothing)), 0}) == 0);
 }
 
 TEST_CASE("histories that would not end are refused by name, those that end are not", "[photon][bounds]") {
-  CHECK(endless_histories(box(1e4, 1, 0), 0, "photon"));
-  CHECK_THAT(endless_histories(box(1e4, 1, 0), 0, "photon")->what(),
+  CHECK(endless_histories({box(1e4, 1, 0), 0}, "photon"));
+  CHECK_THAT(endless_histories({box(1e4, 1, 0), 0}, "photon")->what(),
              Catch::Contains("photon") && Catch::Contains("ordinates"));
-  CHECK(endless_histories(box(1e4, 1 - 1e-6, 0.5), 0, "photon"));
-  CHECK_FALSE(endless_histories(box(1e4, 0.999, 0), 0, "photon"));  // absorbs in time
-  CHECK_FALSE(endless_histories(box(500, 1, 0), 0, "photon"));      // some 1e7 collisions
-  CHECK_FALSE(endless_histories(box(1e4, 1, 0.95), 0, "photon"));   // mostly forward
-  CHECK_FALSE(endless_histories(box(1e6, 0, 0), 0, "photon"));
+  CHECK(endless_histories({box(1e4, 1 - 1e-6, 0.5), 0}, "photon"));
+  CHECK_FALSE(endless_histories({box(1e4, 0.999, 0), 0}, "photon"));  // absorbs in time
+  CHECK_FALSE(endless_histories({box(500, 1, 0), 0}, "photon"));      // some 1e7 collisions
+  CHECK_FALSE(endless_histories({box(1e4, 1, 0.95), 0}, "photon"));   // mostly forward
+  CHECK_FALSE(endless_histories({box(1e6, 0, 0), 0}, "photon"));
 }
 
 namespace {

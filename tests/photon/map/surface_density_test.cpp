@@ -155,7 +155,7 @@ TEST_CASE("batches are shares of the value, weights see where light travels, bia
   CHECK(all.value == Approx(mean).epsilon(1e-12));
   CHECK(all.photons == GatherSettings{}.nearest - 1);
   const Estimate down = surface_estimate(
-      world, 0, map, at, [](const Vec3d& w) { return w.z < -0.99 ? 0.25 : 100.0; }, {}, Vec3d(0));
+      {world, 0}, map, at, [](const Vec3d& w) { return w.z < -0.99 ? 0.25 : 100.0; }, {}, Vec3d(0));
   CHECK(down.value == Approx(0.25 * all.value).epsilon(1e-12));
   Moments bias;
   Stream random(1, 0, 0);

@@ -38,14 +38,14 @@ TEST_CASE("in a furnace everything is black", "[ordinates][furnace]") {
   solution.radiance({&ray, 1}, {&in, 1});
   CHECK(in.direct == Approx(2.5).epsilon(1e-6));
   // A colder sky is told apart.
-  CHECK(solve_ordinates(cube(wish, 2.4), 0, settings).fluence(0) < 4 * kPi * 2.4999);
+  CHECK(solve_ordinates({cube(wish, 2.4), 0}, settings).fluence(0) < 4 * kPi * 2.4999);
 }
 
 TEST_CASE("what does not absorb lets all light out again", "[ordinates][furnace]") {
   OrdinatesSettings settings;
   settings.cells = Vec3i(8);
   settings.order = 4;
-  const OrdinatesSolution solution = solve_ordinates(cube(rough_wish(1, 0.3), 1, 5), 0, settings);
+  const OrdinatesSolution solution = solve_ordinates({cube(rough_wish(1, 0.3), 1, 5), 0}, settings);
   const OrdinatesPowers& powers = solution.powers();
   CHECK(std::abs(powers.residual()) < 1e-6);
   CHECK(std::abs(powers.absorbed) < 1e-9 * powers.entered);
@@ -61,7 +61,7 @@ TEST_CASE("fluence is positive beside thick and thin, lit from one side", "[ordi
   settings.cells = Vec3i(16);
   settings.order = 6;
   settings.quadrature = AngularQuadrature::level_symmetric;
-  const OrdinatesSolution solution = solve_ordinates(cube(wish, 0, 1), 0, settings);
+  const OrdinatesSolution solution = solve_ordinates({cube(wish, 0, 1), 0}, settings);
   for (std::size_t cell = 0; cell < solution.grid().size(); ++cell) REQUIRE(solution.fluence(cell) >= 0);
   CHECK(std::abs(solution.powers().residual()) < 1e-6);
 }
@@ -94,7 +94,7 @@ TEST_CASE("a nearly white thick cloud converges in tens of sweeps", "[ordinates]
   OrdinatesSettings settings;
   settings.cells = Vec3i(16);
   settings.order = 4;
-  const OrdinatesSolution solution = solve_ordinates(cube(wish, 1, 1), 0, settings);
+  const OrdinatesSolution solution = solve_ordinates({cube(wish, 1, 1), 0}, settings);
   CHECK(solution.iterations() <= 30);
   CHECK(std::abs(solution.powers().residual()) < 1e-6);
 }
@@ -141,10 +141,10 @@ TEST_CASE("too much memory and what cannot be solved are refused by name", "[ord
   OrdinatesSettings settings;
   settings.cells = Vec3i(64);
   settings.memory_MiB = 10;
-  CHECK_THROWS_AS(solve_ordinates(cube(wish, 1), 0, settings), ResourceError);
+  CHECK_THROWS_AS(solve_ordinates({cube(wish, 1), 0}, settings), ResourceError);
   settings = {};
   settings.order = 5;
-  CHECK_THROWS_AS(solve_ordinates(cube(wish, 1), 0, settings), InputError);
+  CHECK_THROWS_AS(solve_ordinates({cube(wish, 1), 0}, settings), InputError);
   WorldContents contents = grey_contents(wish, 1);
   contents.sources.push_back({Vec3d(30, 0, 0), 1, {1.0}});
   const World world(std::move(contents));
@@ -158,9 +158,9 @@ TEST_CASE("too much memory and what cannot be solved are refused by name", "[ord
     settings = {};
     settings.cells = Vec3i(4);
     if (emissivity < 1) {
-      CHECK_THROWS_AS(solve_ordinates(on_plate, 0, settings), NumericalError);
+      CHECK_THROWS_AS(solve_ordinates({on_plate, 0}, settings), NumericalError);
     } else {
-      CHECK_NOTHROW(solve_ordinates(on_plate, 0, settings));
+      CHECK_NOTHROW(solve_ordinates({on_plate, 0}, settings));
     }
   }
 }

@@ -24,26 +24,26 @@ World thin(double extinction, double source, double sky, double sun, double diam
 }  // namespace
 
 TEST_CASE("under an even sky the fluence is 4 pi times its radiance", "[photon][fluence]") {
-  const BatchMean f = fluence(thin(0, 0, 0.7, 0), 0, nullptr, {}, {4, 4, 4}, 500, 1);
+  const BatchMean f = fluence({thin(0, 0, 0.7, 0), 0}, nullptr, {}, {4, 4, 4}, 500, 1);
   CHECK(f.mean == Approx(4 * kPi * 0.7).epsilon(1e-12));
   CHECK(f.standard_error < 1e-9);
 }
 
 TEST_CASE("the sun adds its irradiance, attenuated on the way, once", "[photon][fluence]") {
-  CHECK(fluence(thin(0, 0, 0.7, 5), 0, nullptr, {}, {4, 4, 4}, 500, 1).mean == Approx(4 * kPi * 0.7 + 5));
-  CHECK(fluence(thin(0.3, 0, 0, 5), 0, nullptr, {}, {4, 4, 4}, 500, 1).mean ==
+  CHECK(fluence({thin(0, 0, 0.7, 5), 0}, nullptr, {}, {4, 4, 4}, 500, 1).mean == Approx(4 * kPi * 0.7 + 5));
+  CHECK(fluence({thin(0.3, 0, 0, 5), 0}, nullptr, {}, {4, 4, 4}, 500, 1).mean ==
         Approx(5 * std::exp(-1.2)).epsilon(1e-5));
-  CHECK(fluence(thin(0.3, 0, 0, 5), 0, nullptr, {}, {4, 4, -4}, 500, 1).mean ==
+  CHECK(fluence({thin(0.3, 0, 0, 5), 0}, nullptr, {}, {4, 4, -4}, 500, 1).mean ==
         Approx(5 * std::exp(-2.4)).epsilon(1e-5));
   // Rays do meet the disc of a sun as wide as this.
-  CHECK(fluence(thin(0, 0, 0.7, 5, 1.0), 0, nullptr, {}, {4, 4, 4}, 500, 1).mean == Approx(4 * kPi * 0.7 + 5));
+  CHECK(fluence({thin(0, 0, 0.7, 5, 1.0), 0}, nullptr, {}, {4, 4, 4}, 500, 1).mean == Approx(4 * kPi * 0.7 + 5));
   RadianceSettings none;
   none.parts.background = false;
-  CHECK(fluence(thin(0.3, 0, 1, 5), 0, nullptr, none, {4, 4, 4}, 500, 1).mean == 0);
+  CHECK(fluence({thin(0.3, 0, 1, 5), 0}, nullptr, none, {4, 4, 4}, 500, 1).mean == 0);
 }
 
 TEST_CASE("in a cloud as bright as its sky the fluence is 4 pi times the source", "[photon][fluence]") {
-  const BatchMean f = fluence(thin(0.3, 2, 2, 0), 0, nullptr, {}, {1, 4, 6}, 500, 1);
+  const BatchMean f = fluence({thin(0.3, 2, 2, 0), 0}, nullptr, {}, {1, 4, 6}, 500, 1);
   CHECK(f.mean == Approx(4 * kPi * 2).epsilon(1e-5));
 }
 

@@ -144,7 +144,7 @@ TEST_CASE("a beam through an absorbing slab collides, is absorbed and escapes as
     REQUIRE((decode_direction(photon.direction) - Vec3d(0, 0, 1)).length() < 1e-4);
   }
   // A slab of another extinction gives other numbers.
-  const BatchMean wrong = of(trace_photons(beam_world(slab(1.1, 0)), 0, settings).energy.absorbed);
+  const BatchMean wrong = of(trace_photons({beam_world(slab(1.1, 0)), 0}, settings).energy.absorbed);
   CHECK(!agree(wrong.mean, wrong.standard_error, 5 * (1 - std::exp(-1.0)), options));
 }
 
@@ -326,7 +326,7 @@ TEST_CASE("a cancelled trace is partial", "[photon][trace]") {
   std::atomic<bool> cancelled{true};
   TraceSettings settings;
   settings.photons = 100000;
-  const TraceResult result = trace_photons(beam_world(slab(1, 0.5)), 0, settings, {}, Progress({}, &cancelled));
+  const TraceResult result = trace_photons({beam_world(slab(1, 0.5)), 0}, settings, {}, Progress({}, &cancelled));
   CHECK(result.partial);
   CHECK(result.emitted < 100000);
   std::atomic<std::uint64_t> last{0};
@@ -338,7 +338,7 @@ TEST_CASE("a cancelled trace is partial", "[photon][trace]") {
         if (total != 100000) right_total = false;
       },
       nullptr);
-  CHECK(!trace_photons(beam_world(slab(1, 0.5)), 0, settings, {}, listen).partial);
+  CHECK(!trace_photons({beam_world(slab(1, 0.5)), 0}, settings, {}, listen).partial);
   CHECK(last == 100000);
   CHECK(right_total);
 }

@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "photon/world/world.h"
+#include "photon/world/spectral_world.h"
 #include "tests/support/chi_square.h"
 #include "tests/support/shapes_of_surfaces.h"
 #include "tests/support/voxel_fields.h"
@@ -108,22 +108,22 @@ TEST_CASE("the power of faces is that of all their sides", "[photon][face_lights
   for (const Side& side : yard.sides) {
     const double count = world.objects()[side.id.surface].double_sided ? 2 : 1;
     power += count * side.power;
-    const double density = lights.density(world, side.id);
+    const double density = lights.density({world, 0}, side.id);
     probability += count * density * side.area;
     if (side.area > 0) CHECK(density == Approx(side.power / side.area / lights.power()).epsilon(1e-7).margin(1e-300));
   }
   CHECK_FALSE(lights.empty());
   CHECK(lights.power() == Approx(power).epsilon(1e-7));
   CHECK(probability == Approx(1).epsilon(1e-7));
-  for (std::uint32_t f = 0; f < 4; ++f) CHECK(lights.density(world, {7, f}) == 0);
-  CHECK(lights.density(world, {8, 0}) == 0);
+  for (std::uint32_t f = 0; f < 4; ++f) CHECK(lights.density({world, 0}, {7, f}) == 0);
+  CHECK(lights.density({world, 0}, {8, 0}) == 0);
   // Nothing that emits: no power, and no place is asked for.
   WorldContents cold = yard.contents;
   for (Object& object : cold.objects) object.radiance = {0.0};
   const World dark(cold);
-  CHECK(dark.face_lights(0).empty());
-  CHECK(dark.face_lights(0).power() == 0);
-  CHECK(dark.face_lights(0).density(dark, {0, 0}) == 0);
+  CHECK(SpectralWorld(dark, 0).face_lights().empty());
+  CHECK(SpectralWorld(dark, 0).face_lights().power() == 0);
+  CHECK(SpectralWorld(dark, 0).face_lights().density({dark, 0}, {0, 0}) == 0);
 }
 
 TEST_CASE("faces are chosen by their power, sides alike, and places evenly on them", "[photon][face_lights]") {
@@ -134,7 +134,7 @@ TEST_CASE("faces are chosen by their power, sides alike, and places evenly on th
   std::vector<double> faces(2 * yard.sides.size()), expected(faces.size());
   for (std::size_t s = 0; s < yard.sides.size(); ++s) {
     const Side& side = yard.sides[s];
-    const double power = kSamples * lights.density(world, side.id) * side.area;
+    const double power = kSamples * lights.density({world, 0}, side.id) * side.area;
     expected[2 * s] = power;
     if (world.objects()[side.id.surface].double_sided) expected[2 * s + 1] = power;
   }
@@ -145,7 +145,7 @@ TEST_CASE("faces are chosen by their power, sides alike, and places evenly on th
   double worst = 0, worst_normal = 0;
   for (int i = 0; i < kSamples; ++i) {
     const double u = random.uniform(), v = random.uniform();
-    const FaceLights::Place place = lights.sample(world, u, v, random.uniform());
+    const FaceLights::Place place = lights.sample({world, 0}, u, v, random.uniform());
     std::size_t s = 0;
     while (s < yard.sides.size() && yard.sides[s].id != place.id) ++s;
     if (s == yard.sides.size()) FAIL("a face that does not emit");
@@ -207,7 +207,7 @@ TEST_CASE("a place emits what Kirchhoff's law says of its temperature and angle"
   const World world(yard.contents);
   const FaceLights& lights = SpectralWorld(world, 0).face_lights();
   const auto emission = [&](const FaceId& id, double u, double v, double cosine) {
-    return lights.emission(world, {id, Vec3d(0), Vec3d(0), u, v}, cosine);
+    return lights.emission({world, 0}, {id, Vec3d(0), Vec3d(0), u, v}, cosine);
   };
   const Band& band = yard.band;
   CHECK(emission({0, 1}, 0.2, 0.3, 0.4) == Approx(0.4 * band.planck(0, 300)).epsilon(1e-9));

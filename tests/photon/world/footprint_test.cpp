@@ -264,7 +264,7 @@ TEST_CASE("a spot narrower than coarse cells, or none, changes no bit", "[footpr
     settings.footprint = footprint;
     settings.footprint_tolerance = tolerance;
     std::vector<Incoming> incoming(rays.size());
-    counts = incoming_radiance(seen_world, 0, nullptr, settings, rays, histories, incoming);
+    counts = incoming_radiance({seen_world, 0}, nullptr, settings, rays, histories, incoming);
     return incoming;
   };
   const auto same = [](const std::vector<Incoming>& a, const std::vector<Incoming>& b) {

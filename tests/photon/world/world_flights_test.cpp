@@ -59,7 +59,7 @@ TEST_CASE("a cloud 1e7 m from the origin is as exact as one beside it", "[photon
     const double depth = scalar_depth(near, ray);
     CHECK(std::abs(scalar_depth(far, moved) - depth) < 2e-7);
     double batched = 0;
-    far.optical_depths(0, {&moved, 1}, {&batched, 1});
+    SpectralWorld(far, 0).optical_depths({&moved, 1}, {&batched, 1});
     CHECK(std::abs(batched - depth) < 1e-5 * depth + 1e-6);
   }
 }

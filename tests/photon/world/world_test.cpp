@@ -80,16 +80,16 @@ TEST_CASE("the source is uniform only where it is one number in every cloud", "[
   CloudWish wish;
   wish.source = 4;
   wish.albedo = 0.25;
-  CHECK(*world_of({make_cloud(wish)}).uniform_source(0) == Approx(3));
-  CHECK(*world_of({make_cloud(wish), make_cloud(wish)}).uniform_source(0) == Approx(3));
+  CHECK(*SpectralWorld(world_of({make_cloud(wish)}), 0).uniform_source() == Approx(3));
+  CHECK(*SpectralWorld(world_of({make_cloud(wish), make_cloud(wish)}), 0).uniform_source() == Approx(3));
   CloudWish hotter = wish;
   hotter.source = 5;
-  CHECK(!world_of({make_cloud(wish), make_cloud(hotter)}).uniform_source(0));
+  CHECK(!SpectralWorld(world_of({make_cloud(wish), make_cloud(hotter)}), 0).uniform_source());
   CloudWish paler = wish;
   paler.albedo = 0.5;
-  CHECK(!world_of({make_cloud(wish), make_cloud(paler)}).uniform_source(0));
-  CHECK(!world_of({mixed_cloud()}).uniform_source(0));
-  CHECK(!world_of({}).uniform_source(0));
+  CHECK(!SpectralWorld(world_of({make_cloud(wish), make_cloud(paler)}), 0).uniform_source());
+  CHECK(!SpectralWorld(world_of({mixed_cloud()}), 0).uniform_source());
+  CHECK(!SpectralWorld(world_of({}), 0).uniform_source());
   // A temperature channel varies.
   Cloud warm = mixed_cloud();
   warm.source = {};
@@ -129,8 +129,8 @@ TEST_CASE("behind the clouds are the sky and the sun's disc with its irradiance"
   point.bands.emplace_back("grey");
   point.sun = Sun{toward, {7}, 0};
   const World without_disc(std::move(point));
-  CHECK(without_disc.background(0, toward) == 0);
-  CHECK(without_disc.sky(0) == 0);
+  CHECK(SpectralWorld(without_disc, 0).background(toward) == 0);
+  CHECK(SpectralWorld(without_disc, 0).sky() == 0);
 }
 
 TEST_CASE("an empty cloud and no cloud at all leave rays as they are", "[photon][world]") {

@@ -34,6 +34,6 @@ inline void check_refused(const std::filesystem::path& file, const std::string& 
   }
 }
 
-inline constexpr const char* kTetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+inline const std::string kTetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
 
 }  // namespace obscura::test

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "photon/world/spectral_world.h"
 #include "scene/file/scene_io.h"
 #include "tests/support/scratch_folder.h"
 
