@@ -1,4 +1,5 @@
 // Quantising the values of one brick.
+#include <cassert>
 #include <cmath>
 
 #include "octree/build/compress.h"

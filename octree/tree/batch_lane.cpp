@@ -1,6 +1,7 @@
 #include "octree/tree/batch_lane.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 

@@ -1,5 +1,6 @@
 // Optical depths and free paths of single rays, in double: the sums over a ray's bricks.
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "octree/tree/line.h"

@@ -1,5 +1,7 @@
 #include "octree/tree/line.h"
 
+#include <cassert>
+
 namespace obscura::detail {
 
 bool Line::start(const Ray& ray) noexcept {

@@ -1,5 +1,6 @@
 #include "octree/tree/octree.h"
 
+#include <cassert>
 #include <cmath>
 
 namespace obscura {

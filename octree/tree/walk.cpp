@@ -1,5 +1,7 @@
 #include "octree/tree/walk.h"
 
+#include <cassert>
+
 #include "octree/tree/line.h"
 
 namespace obscura {
