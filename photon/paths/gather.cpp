@@ -51,7 +51,7 @@ void Gather::finish(std::span<Incoming> incoming) {
   paths_.clear();
 }
 
-bool Gather::survives(Leg& leg) const noexcept {
+bool Gather::survives(PathLeg& leg) const noexcept {
   const double faint = kFaint * leg.first;
   if (leg.weight >= faint) return true;
   if (leg.stream.uniform() * faint >= leg.weight) return false;
@@ -65,7 +65,7 @@ void Gather::fly() {
   std::vector<SurfaceHit> hits;
   flights.reserve(legs_.size());
   hits.reserve(legs_.size());
-  for (Leg& leg : legs_) {
+  for (PathLeg& leg : legs_) {
     hits.push_back(masked ? world_->meet(leg.ray, leg.from, leg.stream) : SurfaceHit());
     leg.ray.t_max = hits.back().t;
     flights.push_back({leg.ray, -std::log(leg.stream.uniform())});
@@ -84,7 +84,7 @@ void Gather::fly() {
   direct_.arrive([this](std::uint32_t path, double radiance) { paths_[path].direct += radiance; });
 }
 
-void Gather::end_flight(Leg& leg, const Flight& flight, FreePath& end, const SurfaceHit& hit) {
+void Gather::end_flight(PathLeg& leg, const Flight& flight, FreePath& end, const SurfaceHit& hit) {
   double& direct = paths_[leg.path].direct;
   double albedo = 0;
   if (only_) {
@@ -122,7 +122,7 @@ void Gather::end_flight(Leg& leg, const Flight& flight, FreePath& end, const Sur
 
 /// What clouds and air give off between the leg's ends, seen from its beginning: the flight itself has
 /// sampled the clouds' transmission.
-double Gather::emission_along(const Leg& leg, const FreePath& end) const noexcept {
+double Gather::emission_along(const PathLeg& leg, const FreePath& end) const noexcept {
   if (source_) return *source_ * end.depth;
   Ray flown = leg.ray;
   if (end.collided) flown.t_max = end.t;
@@ -137,7 +137,7 @@ double Gather::emission_along(const Leg& leg, const FreePath& end) const noexcep
 }
 
 template <class Scatterer>
-void Gather::scatter(Leg& leg, double weight, const Scatterer& at) {
+void Gather::scatter(PathLeg& leg, double weight, const Scatterer& at) {
   const bool last = leg.points >= settings_.gather_bounces;
   if (last) {
     if (!direct_.empty()) direct_.add(leg.path, weight, at, leg.stream, RandomDiscPlaces{leg.stream});
@@ -161,7 +161,7 @@ void Gather::scatter(Leg& leg, double weight, const Scatterer& at) {
 }
 
 /// The mirror's share or the Lambertian one, by chance.
-void Gather::reflect(Leg& leg, double weight, const SurfacePoint& at) {
+void Gather::reflect(PathLeg& leg, double weight, const SurfacePoint& at) {
   const MaterialOptics& material = *at.material;
   if (leg.stream.uniform() >= material.specular()) {
     scatter(leg, weight, SurfaceScatterer(at));

@@ -30,7 +30,7 @@ class Gather {
   /// Sends a path on from a point: the first of it, with the number of scatterings in clouds so far.
   template <class Scatterer>
   void start(std::uint32_t path, double weight, const Scatterer& at, int scatterings, const Stream& stream) {
-    Leg leg{{}, path, at.from(), 0, weight, 0, true, 1, scatterings, stream};
+    PathLeg leg{{}, path, at.from(), 0, weight, 0, true, 1, scatterings, stream};
     if (continues(scatterings) && send(leg, weight, at)) legs_.push_back(leg);
   }
 
@@ -45,7 +45,7 @@ class Gather {
   };
 
   /// A flight, backwards: from where light arrives to where it comes from.
-  struct Leg {
+  struct PathLeg {
     Ray ray;
     std::uint32_t path;
     FaceId from;
@@ -64,7 +64,7 @@ class Gather {
 
   /// Aims a leg from a point in a direction that the point draws. False where that ends it.
   template <class Scatterer>
-  bool send(Leg& leg, double weight, const Scatterer& at) {
+  bool send(PathLeg& leg, double weight, const Scatterer& at) {
     const Vec3d toward = at.sample(leg.stream);
     const double value = at.value(toward);
     leg.density = at.density(toward, value);
@@ -76,13 +76,13 @@ class Gather {
     return survives(leg);
   }
 
-  bool survives(Leg& leg) const noexcept;
+  bool survives(PathLeg& leg) const noexcept;
   void fly();
-  void end_flight(Leg& leg, const Flight& flight, FreePath& end, const SurfaceHit& hit);
+  void end_flight(PathLeg& leg, const Flight& flight, FreePath& end, const SurfaceHit& hit);
   template <class Scatterer>
-  void scatter(Leg& leg, double weight, const Scatterer& at);
-  void reflect(Leg& leg, double weight, const SurfacePoint& at);
-  double emission_along(const Leg& leg, const FreePath& end) const noexcept;
+  void scatter(PathLeg& leg, double weight, const Scatterer& at);
+  void reflect(PathLeg& leg, double weight, const SurfacePoint& at);
+  double emission_along(const PathLeg& leg, const FreePath& end) const noexcept;
   double air(double distance) const noexcept { return transmission_over(air_, distance); }
 
   SpectralWorld world_;
@@ -97,7 +97,7 @@ class Gather {
   const CloudOptics::Part* only_;
   std::optional<double> source_;
   std::vector<Path> paths_;
-  std::vector<Leg> legs_, next_;
+  std::vector<PathLeg> legs_, next_;
   std::span<Incoming> incoming_;
 };
 
