@@ -1,5 +1,5 @@
-// Whether error bars keep their promise: each scene is rendered with many seeds in several ways, and its pixels are held
-// against a reference of many paths. Prints the table of sensor/MEASURED.md, "Coverage".
+// Whether error bars keep their promise: each scene is rendered with many seeds in several ways, and its pixels are
+// held against a reference of many paths. Prints the table of sensor/MEASURED.md, "Coverage".
 //
 //   coverage_bench [--seeds 200] [--scene TEXT] [--way TEXT]    (those whose names hold the text)
 #include <fmt/format.h>
@@ -71,38 +71,51 @@ const std::string kSensor = R"("sensor": {"position_m": [3, -30, 6], "look_at_m"
 
 std::vector<Case> cases() {
   return {
-      {"sunlit cloud", R"({"obscura": 1, "bands": [{"name": "b"}],
-          "clouds": [{)" + kPuffs + R"(, "media": [{"extinction": 0.6, "albedo": 0.9,
+      {"sunlit cloud",
+       R"({"obscura": 1, "bands": [{"name": "b"}],
+          "clouds": [{)" +
+           kPuffs + R"(, "media": [{"extinction": 0.6, "albedo": 0.9,
             "phase": {"type": "henyey_greenstein", "g": 0.6}}]}],
           "environment": {"sky": {"radiance": 0.1}, "sun": {"zenith_deg": 40, "azimuth_deg": 120, "irradiance": 5}},)" +
-           kSensor + "}", all_ways()},
-      {"sunlit cloud over ground", R"({"obscura": 1, "bands": [{"name": "b"}],
-          "clouds": [{)" + kPuffs + R"(, "media": [{"extinction": 0.6, "albedo": 0.9,
+           kSensor + "}",
+       all_ways()},
+      {"sunlit cloud over ground",
+       R"({"obscura": 1, "bands": [{"name": "b"}],
+          "clouds": [{)" +
+           kPuffs + R"(, "media": [{"extinction": 0.6, "albedo": 0.9,
             "phase": {"type": "henyey_greenstein", "g": 0.6}}]}],
           "materials": {"soil": {"emissivity": 0.6}},
           "objects": [{"shape": "plane", "size_m": [300, 300], "material": "soil", "radiance": 0,
             "place": {"translate_m": [0, 0, -2]}}],
           "environment": {"sky": {"radiance": 0.1}, "sun": {"zenith_deg": 40, "azimuth_deg": 120, "irradiance": 5}},)" +
-           kSensor + "}", all_ways()},
-      {"thermal puffs", R"({"obscura": 1, "bands": [{"name": "b", "um": [8, 12]}],
-          "clouds": [{)" + kPuffs + R"(, "media": [{"extinction": 0.3, "albedo": 0.3}]}],
-          "environment": {"sky": {"K": 250}},)" + kSensor + "}", all_ways()},
+           kSensor + "}",
+       all_ways()},
+      {"thermal puffs",
+       R"({"obscura": 1, "bands": [{"name": "b", "um": [8, 12]}],
+          "clouds": [{)" +
+           kPuffs + R"(, "media": [{"extinction": 0.3, "albedo": 0.3}]}],
+          "environment": {"sky": {"K": 250}},)" +
+           kSensor + "}",
+       all_ways()},
       {"smooth cloud", R"({"obscura": 1, "bands": [{"name": "b"}],
           "clouds": [{"grid": {"shape": "gaussian", "sigma_m": 2, "size_m": [14, 14, 14], "voxel_m": 0.5},
             "media": [{"extinction": 0.6, "albedo": 0.9}]}],
           "environment": {"sky": {"radiance": 0.1}, "sun": {"zenith_deg": 40, "azimuth_deg": 120, "irradiance": 5}},
           "sensor": {"position_m": [0, -30, 0], "look_at_m": [0, 0, 0], "fov_deg": 24, "resolution": [32, 24]}})",
        all_ways()},
-      {"sphere over a hot plane", R"({"obscura": 1, "bands": [{"name": "b", "um": [8, 12]}],
+      {"sphere over a hot plane",
+       R"({"obscura": 1, "bands": [{"name": "b", "um": [8, 12]}],
           "materials": {"soil": {"emissivity": 0.7}, "paint": {"emissivity": 0.4}},
           "objects": [{"shape": "plane", "size_m": [100, 100], "material": "soil", "K": 330},
             {"shape": "sphere", "radius_m": 2, "material": "paint", "K": 290, "place": {"translate_m": [0, 0, 2.5]}}],
           "environment": {"sky": {"K": 230}},
           "sensor": {"position_m": [0, -30, 8], "look_at_m": [0, 0, 1], "fov_deg": 16, "resolution": [32, 24]}})",
-       {{"path", {kByPath, samples(16)}}, {"path, uniform", {kByPath, samples(16), kUniform, rays(4)}},
+       {{"path", {kByPath, samples(16)}},
+        {"path, uniform", {kByPath, samples(16), kUniform, rays(4)}},
         {"path, one ray", {kByPath, samples(16), rays(1)}},
         {"gather", {kByPhoton, gather(1), photons(20000), samples(16)}, 2},
-        {"map", {kByPhoton, gather(0), photons(20000)}, 2}, {"path, 3 %", {kByPath, set("/render/target_error", "0.003")}, 5}}},
+        {"map", {kByPhoton, gather(0), photons(20000)}, 2},
+        {"path, 3 %", {kByPath, set("/render/target_error", "0.003")}, 5}}},
       {"net", R"({"obscura": 1, "bands": [{"name": "b"}],
           "clouds": [{"grid": {"shape": "box", "size_m": [2, 2, 2], "voxel_m": 0.5}, "media": [{"extinction": 0.5}],
             "source": 1.0}],
@@ -111,7 +124,8 @@ std::vector<Case> cases() {
             "place": {"translate_m": [0, -2, 0], "rotate_deg": [90, 0, 0]}}],
           "environment": {"sky": {"radiance": 0.4}},
           "sensor": {"position_m": [0, -10, 0], "look_at_m": [0, 0, 0], "projection": "orthographic", "width_m": 1.6,
-            "resolution": [24, 24]}})", ray_ways()},
+            "resolution": [24, 24]}})",
+       ray_ways()},
       {"rough mirror", R"({"obscura": 1, "bands": [{"name": "b"}],
           "materials": {"mirror": {"emissivity": 0.2, "specular": 0.8, "roughness": 0.2}},
           "objects": [{"shape": "plane", "size_m": [6, 6], "material": "mirror", "radiance": 0.5},
@@ -124,7 +138,8 @@ std::vector<Case> cases() {
           "clouds": [{"grid": {"shape": "sphere", "radius_m": 0.8, "voxel_m": 0.05}, "media": [{"extinction": 2}],
             "source": 0.3, "place": {"translate_m": [-0.7, -1.5, 0.4]}}],
           "sensor": {"position_m": [0, -10, 0], "look_at_m": [0, 0, 0], "projection": "orthographic", "width_m": 4,
-            "resolution": [32, 32]}})", ray_ways()},
+            "resolution": [32, 32]}})",
+       ray_ways()},
   };
 }
 
@@ -170,8 +185,8 @@ class Coverage {
     double bias_sum = 0;
     for (const float b : bias) bias_sum += b;
     bias_sum /= static_cast<double>(bias.size());
-    const double z = (mean.mean - truth_.mean.mean()) /
-                     std::hypot(mean.standard_error, bias_sum, truth_.mean.standard_error());
+    const double z =
+        (mean.mean - truth_.mean.mean()) / std::hypot(mean.standard_error, bias_sum, truth_.mean.standard_error());
     if (std::isfinite(z)) mean_z_.add(z);
   }
 
@@ -199,9 +214,7 @@ class Coverage {
   Moments mean_z_;
 };
 
-double seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+double seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 void run(const Case& c, const Way& way, const Truth& truth, int seeds) {
   Coverage coverage(truth);
@@ -236,8 +249,9 @@ int main(int argc, char** argv) {
     if (key == "--scene") options.scene = value;
     if (key == "--way") options.way = value;
   }
-  fmt::print("| scene | way | images | pixels inside 95 % | pixels covered below 80 % | claimed over true | image mean, z: "
-             "mean, deviation |\n|---|---|---|---|---|---|---|\n");
+  fmt::print(
+      "| scene | way | images | pixels inside 95 % | pixels covered below 80 % | claimed over true | image mean, z: "
+      "mean, deviation |\n|---|---|---|---|---|---|---|\n");
   for (const Case& c : cases()) {
     if (c.name.find(options.scene) == std::string::npos) continue;
     const Truth truth = reference_of(c);
