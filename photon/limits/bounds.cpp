@@ -26,6 +26,19 @@ double interaction_norm(const IntervalLimits& limits) noexcept {
   return std::max(limits.reflectance_max, scattering_norm(limits) + limits.reflectance_max * std::exp(-limits.depth));
 }
 
+EffectBounds& EffectBounds::operator+=(const EffectBounds& other) noexcept {
+  emission += other.emission;
+  single_scattering += other.single_scattering;
+  multiple_scattering += other.multiple_scattering;
+  sun += other.sun;
+  sky += other.sky;
+  specular += other.specular;
+  air_share = std::max(air_share, other.air_share);
+  air_lost += other.air_lost;
+  air_gained += other.air_gained;
+  return *this;
+}
+
 EffectBounds effect_bounds(const IntervalLimits& limits, double reach_m, bool disc_in_view) noexcept {
   const double q = scattering_norm(limits);
   const double norm = interaction_norm(limits);
@@ -61,19 +74,6 @@ EffectBounds effect_bounds(const IntervalLimits& limits, double reach_m, bool di
     bounds.air_gained = std::min(limits.air, series(share * limits.air, norm));
   }
   return bounds;
-}
-
-EffectBounds& EffectBounds::operator+=(const EffectBounds& other) noexcept {
-  emission += other.emission;
-  single_scattering += other.single_scattering;
-  multiple_scattering += other.multiple_scattering;
-  sun += other.sun;
-  sky += other.sky;
-  specular += other.specular;
-  air_share = std::max(air_share, other.air_share);
-  air_lost += other.air_lost;
-  air_gained += other.air_gained;
-  return *this;
 }
 
 }  // namespace obscura

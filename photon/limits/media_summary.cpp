@@ -122,7 +122,7 @@ CloudLimits limits_of(SpectralWorld world, int c, const LayerMaxima& layers, con
   if (!cloud.source.empty() && cloud.source[i]) {
     limits.source_min = limits.source_max = *cloud.source[i];
   } else if (!band.grey() && kelvin.warmest >= kelvin.coldest) {
-    const auto planck = [&](double K) { return K > 0 ? band.planck(world.where().interval, K) : 0.0; };
+    const auto planck = [&](double K) { return K > 0 ? band.planck(world.place_in_band().interval, K) : 0.0; };
     limits.source_min = planck(kelvin.coldest);
     limits.source_max = kRounding * planck(kelvin.warmest);
   }
@@ -155,7 +155,9 @@ void add_object(SpectralWorld world, const Object& object, IntervalLimits& limit
     if (mean > 0) limits.brdf_max = std::max(limits.brdf_max, reflectance * reflectance / (kPi * mean));
   }
   if (!object.radiance.empty() && object.radiance[i]) return add(*object.radiance[i]);
-  const auto planck = [&](double K) { return !band.grey() && K > 0 ? band.planck(world.where().interval, K) : 0.0; };
+  const auto planck = [&](double K) {
+    return !band.grey() && K > 0 ? band.planck(world.place_in_band().interval, K) : 0.0;
+  };
   for (const double K : object.K) add(planck(K));
   if (!object.mesh) return;
   float coldest = std::numeric_limits<float>::infinity(), warmest = 0;
@@ -173,7 +175,7 @@ void add_object(SpectralWorld world, const Object& object, IntervalLimits& limit
 /// The limits of everything but the clouds; what needs the view's rays is filled in later.
 IntervalLimits surroundings(SpectralWorld world) {
   IntervalLimits limits;
-  limits.band = world.where().band;
+  limits.band = world.place_in_band().band;
   limits.sky = world.sky();
   for (const Sun& sun : world->suns()) {
     limits.sun += world.value_of(sun.irradiance);

@@ -230,10 +230,9 @@ void add_light(Data& data, const std::vector<CellLight>& cells, const Vec3d& dir
 }  // namespace
 
 void add_first_collisions(Data& data, std::vector<double>& source) {
-  const SpectralWorld world = data.world;
   data.uncollided.assign(data.grid.size(), 0.0);
   std::vector<CellLight> cells(data.grid.size());
-  for (const Sun& sun : world->suns()) {
+  for (const Sun& sun : data.world->suns()) {
     if (!(data.world.value_of(sun.irradiance) > 0)) continue;
     const Vec3d toward = transform_direction(data.grid.world_to_grid(), sun.toward);
     tbb::parallel_for(std::size_t{0}, cells.size(),
@@ -242,7 +241,7 @@ void add_first_collisions(Data& data, std::vector<double>& source) {
     light_surfaces(data, sun);
     add_forward_light(data, sun, toward);
   }
-  for (const Beam& beam : world->beams()) {
+  for (const Beam& beam : data.world->beams()) {
     if (!(data.world.value_of(beam.power) > 0)) continue;
     std::fill(cells.begin(), cells.end(), CellLight{});
     add_beam(data, beam, cells);

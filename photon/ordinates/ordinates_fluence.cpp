@@ -37,7 +37,6 @@ std::vector<bool> with_neighbours(const std::vector<bool>& marked, int rows) {
 OrdinatesEstimate OrdinatesSolution::fluence_at(const Vec3d& point) const {
   constexpr int kRows = 24, kLevels = 7;
   constexpr double kTolerance = 2e-4;
-  const SpectralWorld world = data_->world;
   // Patches of equal solid angle about an axis that no edge of a scene follows, four rays in each. Where the
   // four parts of a patch add up to something else they are divided again.
   const Vec3d pole = Vec3d(0.31, -0.57, 0.83).normalized();
@@ -100,13 +99,14 @@ OrdinatesEstimate OrdinatesSolution::fluence_at(const Vec3d& point) const {
     patches = std::move(again);
   }
   fluence.error = 2 * std::sqrt(squares) + kTolerance * fluence.value;
+  const SpectralWorld world = data_->world;
   for (const Sun& sun : world->suns()) {
     const Ray shadow{point, sun.toward, 0, kInfinity};
     Stream stream = StreamName{}.stream();
     if (world->blocked(shadow, {}, stream)) continue;
     double depth = 0;
     world.optical_depths({&shadow, 1}, {&depth, 1});
-    fluence.value += data_->world.value_of(sun.irradiance) * std::exp(-depth);
+    fluence.value += world.value_of(sun.irradiance) * std::exp(-depth);
   }
   return fluence;
 }

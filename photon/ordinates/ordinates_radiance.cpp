@@ -251,7 +251,7 @@ class View {
         const Ray shadow{at.position, toward.normalized(), clearance, kInfinity};
         Stream stream = StreamName{}.stream();
         if (!(cosine > 0) || world->blocked(shadow, at.id, stream)) continue;
-        const double irradiance = data_.world.value_of(sun.irradiance) / places;
+        const double irradiance = world.value_of(sun.irradiance) / places;
         sum += at.material->diffuse(cosine, at.cosine) * cosine * irradiance * std::exp(-data_.depth(shadow));
       }
     }

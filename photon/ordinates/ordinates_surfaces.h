@@ -25,7 +25,7 @@ struct OrdinatesSide {
 };
 
 struct OrdinatesSurfaces {
-  /// @throws NumericalError for mirrors, permeable surfaces, and surfaces in a World that repeats
+  /// @pre unfit_for_ordinates() has nothing to say
   OrdinatesSurfaces(SpectralWorld world, const OrdinatesGrid& grid);
 
   bool empty() const noexcept { return sides.empty(); }

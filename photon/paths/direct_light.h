@@ -121,7 +121,7 @@ class DiscPlaces {
 class SphereLights {
  public:
   SphereLights() = default;
-  SphereLights(SpectralWorld world);
+  explicit SphereLights(SpectralWorld world);
 
   bool empty() const noexcept { return sums_.empty(); }
   /// visit(sphere, chance) for those that are asked.

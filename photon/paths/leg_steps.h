@@ -5,7 +5,8 @@
 
 namespace obscura::detail {
 
-/// 0 for the points' places, then one for the light at each point.
+// Step 0 is for the places of scattering points, 1 to kMostPoints for the light at each. Then:
+
 inline constexpr int kMapStep = kMostPoints + 1;
 inline constexpr int kMeetStep = kMostPoints + 2;
 inline constexpr int kReflectStep = kMostPoints + 3;  // one for each path from a surface

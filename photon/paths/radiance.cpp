@@ -45,7 +45,8 @@ struct ScatteringPoint {
   double weight;  // what radiance scattered there counts at the sensor
 };
 
-/// Everything that one call works on, so that its steps can be read one by one.
+/// Rays as legs, unless straight_radiance() serves them: all that one call works on, so that its steps can be read one
+/// by one.
 class LegPass {
  public:
   LegPass(SpectralWorld world, const PhotonMaps* maps, const RadianceSettings& settings, std::span<const Ray> rays,
@@ -391,7 +392,7 @@ RadianceCounts incoming_radiance(SpectralWorld world, const PhotonMaps* maps, co
                       incoming.subspan(first, count))
                   .run();
   }
-  if (world.where().interval > 0) counts.work[Work::spectral] += rays.size();
+  if (world.place_in_band().interval > 0) counts.work[Work::spectral] += rays.size();
   return counts;
 }
 

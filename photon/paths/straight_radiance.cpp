@@ -1,6 +1,8 @@
 #include "photon/paths/straight_radiance.h"
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 #include <vector>
 
 #include "photon/optics/purpose.h"
@@ -94,7 +96,7 @@ class StraightPass {
       double depth = depths ? depths[i] : 0.0;
       double along = 0;
       if (followed) {
-        along = detail::light_along(world_, rays[i], nullptr, &depth);
+        along = light_along(world_, rays[i], nullptr, &depth);
         emissions += emits && (depth > 0 || glows);
       } else if (emits && depth > 0) {
         along = source * one_minus_exp(depth);

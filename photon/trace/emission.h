@@ -40,7 +40,7 @@ class PhotonEmitter {
  public:
   /// @param around extra box that photons of sun and sky must cover besides the World, such as flux rectangles; empty:
   /// none
-  PhotonEmitter(SpectralWorld world, const SourceSelection& selection = {}, const Box3d& around = {});
+  explicit PhotonEmitter(SpectralWorld world, const SourceSelection& selection = {}, const Box3d& around = {});
 
   SpectralWorld world() const noexcept { return world_; }
   bool emits() const noexcept { return !sources_.empty(); }

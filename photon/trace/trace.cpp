@@ -150,7 +150,7 @@ TraceResult trace_photons(const PhotonEmitter& emitter, const TraceSettings& set
     }
     first += count;
   }
-  if (emitter.world().where().interval > 0) result.work[Work::spectral] += result.emitted;
+  if (emitter.world().place_in_band().interval > 0) result.work[Work::spectral] += result.emitted;
   result.partial = cancelled;
   return result;
 }

@@ -48,7 +48,7 @@ struct PhotonTally {
   double dropped_W = 0;         ///< power of what was not stored, below photon_power_min
   std::uint64_t anomalies = 0;  ///< non-finite or impossible values met (and left out)
 
-  /// @pre as many rectangles, or none here
+  /// A tally without rectangles counts as zeros. Of a TraceResult it adds the tally alone.
   PhotonTally& operator+=(const PhotonTally& other);
 };
 

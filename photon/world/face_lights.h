@@ -22,8 +22,9 @@ class TwinFaces {
   std::map<const Mesh*, std::vector<bool>> found_;
 };
 
-/// Immutable. An object that is an exact copy of an earlier one in its very place emits nothing, as twin
-/// faces. Objects whose faces emit alike share the sums of their mesh's areas.
+/// Immutable; its functions take the World and interval that it was made of. An object that is an exact copy of an
+/// earlier one in its very place emits nothing, as twin faces. Objects whose faces emit alike share the sums of their
+/// mesh's areas.
 class FaceLights {
  public:
   FaceLights(SpectralWorld world, TwinFaces& twins);

@@ -43,7 +43,7 @@ struct FootprintCounts {
 class CoarseCells {
  public:
   /// @param tolerance of the transmission, and of the radiance relative to the largest source
-  /// @param largest_source W/m2/sr, as World::largest_source(); 0: nothing emits
+  /// @param largest_source W/m2/sr, as SpectralWorld::largest_source(); 0: nothing emits
   CoarseCells(const Footprint& footprint, double tolerance, double largest_source) noexcept
       : footprint_(footprint),
         left_(tolerance),

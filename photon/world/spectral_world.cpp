@@ -1,6 +1,8 @@
 #include "photon/world/spectral_world.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace obscura {
 
@@ -120,6 +122,14 @@ SurfacePoint SpectralWorld::surface_at(const Ray& ray, const SurfaceHit& hit) co
     point.black = black_radiance(hit.id, hit.u, hit.v);
   }
   return point;
+}
+
+bool redirects_light(const World& world) noexcept {
+  for (int i = 0; i < world.interval_count(); ++i) {
+    const SpectralWorld here(world, i);
+    if (here.scatters() || here.surfaces_reflect()) return true;
+  }
+  return false;
 }
 
 }  // namespace obscura

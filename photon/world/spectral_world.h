@@ -10,7 +10,7 @@
 namespace obscura {
 
 /// A World and one of its intervals; two words, passed by value. `->` reaches what all intervals share. Valid as long
-/// as the World. (Intervals that share a flight would be bound here, too.)
+/// as the World.
 class SpectralWorld {
  public:
   /// @param interval 0 to World::interval_count() - 1
@@ -21,9 +21,9 @@ class SpectralWorld {
   int interval() const noexcept { return interval_; }
   /// Of a list with one value for each interval, the one here.
   double value_of(const std::vector<double>& per_interval) const noexcept { return per_interval[index()]; }
-  /// Its band, and its number there.
-  IntervalIndex where() const noexcept { return world_->interval(interval_); }
-  const Band& band() const noexcept { return world_->bands()[static_cast<std::size_t>(where().band)]; }
+  /// The interval's band, and its number in the band.
+  IntervalIndex place_in_band() const noexcept { return world_->interval(interval_); }
+  const Band& band() const noexcept { return world_->bands()[static_cast<std::size_t>(place_in_band().band)]; }
 
   const CloudOptics& optics(int cloud) const noexcept {
     return world_->optics_[static_cast<std::size_t>(interval_ * world_->cloud_count() + cloud)];
@@ -89,5 +89,8 @@ class SpectralWorld {
   const World* world_;
   int interval_;
 };
+
+/// Light is scattered or reflected at some interval.
+bool redirects_light(const World& world) noexcept;
 
 }  // namespace obscura

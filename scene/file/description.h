@@ -170,6 +170,8 @@ struct AntialiasingDescription {
 
 /// The camera, and what becomes of its rays.
 struct SensorDescription : CameraSettings {
+  bool operator==(const SensorDescription&) const = delete;  // would compare the camera alone
+
   int max_oversampling = 16;  ///< rays per pixel, at most
   AntialiasingDescription antialiasing;
   int specular_depth = 4;               ///< mirror reflections at most

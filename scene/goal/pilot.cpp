@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "octree/base/error.h"
+#include "photon/world/spectral_world.h"
 #include "sensor/judge/image_error.h"
 
 namespace obscura {
@@ -71,12 +72,7 @@ class Trials {
 
   Pilot run() {
     best_.most_photons = goal_.most_photons;
-    bool scatters = false;
-    for (int i = 0; i < session_.world().interval_count(); ++i) {
-      const SpectralWorld world(session_.world(), i);
-      scatters = scatters || world.scatters() || world.surfaces_reflect();
-    }
-    if (!scatters) {
+    if (!redirects_light(session_.world())) {
       // Photons would bring nothing.
       Recipe recipe{session_.plan().method};
       recipe.method.photons = 0;

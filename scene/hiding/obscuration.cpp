@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "octree/base/error.h"
+#include "photon/world/spectral_world.h"
 #include "scene/file/scene_words.h"
 #include "scene/run/origin.h"
 #include "scene/session/session.h"

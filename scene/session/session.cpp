@@ -64,10 +64,10 @@ void Session::make_plan() {
 Estimator Session::estimate(const Method& method, const SamplerSettings& sampling, std::uint64_t seed,
                             const Progress& progress) {
   EstimatorSettings settings = plan_.estimator;
-  if (!accepted_ || !(*accepted_ == SolutionBasis{method, settings})) {
+  if (accepted_ != std::pair(method, settings)) {
     accepted_.reset();
     if (auto refusal = unfit(built_.world, method, settings)) throw *refusal;
-    accepted_ = {method, settings};
+    accepted_ = std::pair(method, settings);
   }
   settings.seed = seed;
   const SolutionBasis basis = method.type->basis(method, settings);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <utility>
 
 #include "scene/plan/plan.h"
 #include "scene/world/build_world.h"
@@ -62,7 +63,7 @@ class Session {
   MediaSummary summary_;
   Plan plan_;
 
-  std::optional<SolutionBasis> accepted_;  // the last method that has been asked whether it can serve, and could
+  std::optional<std::pair<Method, EstimatorSettings>> accepted_;  // could serve this World when last asked
   struct Solved {
     SolutionBasis basis;
     Solution solution;

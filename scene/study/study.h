@@ -55,10 +55,13 @@ struct StudyBytes {
   double total() const noexcept { return octree + map + film; }
 };
 
+/// The purpose of a run that is a rung of its method's ladder.
+inline constexpr const char* kLadder = "ladder";
+
 /// One setting, measured.
 struct StudyRun {
   StudySetting setting;
-  std::string purpose;   ///< "ladder", the knob that was varied, "scene", "target"
+  std::string purpose;   ///< kLadder, the knob that was varied, "scene", "target"
   int base = -1;         ///< the run that it varies; none: -1
   StudySeconds seconds;  ///< of one picture, the World's and the map's making included
   StudySeconds full;     ///< predicted for the scene's own resolution

@@ -282,7 +282,7 @@ std::string page(const Study& study) {
     html += "<h2>Bias and noise apart</h2>\n<div class=\"plots\">\n";
     for (const MethodType* method : methods()) {
       const auto rungs = std::count_if(study.runs.begin(), study.runs.end(), [&](const StudyRun& r) {
-        return r.setting.method.type == method && r.purpose == "ladder";
+        return r.setting.method.type == method && r.purpose == kLadder;
       });
       if (rungs > 1) html += parts_plot(study, method).svg();
     }

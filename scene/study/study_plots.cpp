@@ -18,7 +18,7 @@ PlotPoint point_of(const Study& study, const StudyRun& run, double x) {
   point.y = error.value();
   point.y_low = error.value() - error.error();
   point.y_high = error.value() + error.error();
-  point.faint = run.purpose != "ladder";
+  point.faint = run.purpose != kLadder;
   point.title = study_label(run.setting) + ": " + detail::percent_text(error);
   point.title +=
       fmt::format("; {} CPU for {} x {}, {} for {} x {}; {}", detail::seconds_text(run.seconds.cpu()),
@@ -107,7 +107,7 @@ SvgPlot parts_plot(const Study& study, const MethodType* method) {
     series.marker = marker;
     series.dashed = dashed;
     for (const StudyRun& run : study.runs) {
-      if (run.setting.method.type != method || run.purpose != "ladder") continue;
+      if (run.setting.method.type != method || run.purpose != kLadder) continue;
       const RootError& root = part(run.error);
       // What cannot be told from 0 is an upper end only.
       const bool seen = root.square > (marker == PlotMarker::none ? 0 : 2) * root.square_error;

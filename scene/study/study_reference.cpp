@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <limits>
 
 #include "octree/base/error.h"
@@ -27,7 +28,7 @@ constexpr double kFinerOctree = 0.1;
 
 double ReferenceRuns::pass_s() const { return std::max(kShortPass_s, kShare * settings_.budget_s / kPasses); }
 
-void ReferenceRuns::choose(const StudySearch& search, const StudyForecast& forecast) {
+void ReferenceRuns::choose(const StudySearch& search) {
   const StudyTraits& traits = bench_.traits();
   const bool by_paths = !search.refused(&kPathTracer);
   setting_ = first_rung(traits, by_paths ? &kPathTracer : &kOrdinates);
@@ -43,6 +44,7 @@ void ReferenceRuns::choose(const StudySearch& search, const StudyForecast& forec
       rays = std::clamp(std::min(setting_.method.samples, kMostRays), rays, std::max(rays, kMostRays));
     if (traits.spectral) setting_.intervals = std::max(8, 2 * traits.most_intervals);
   } else {
+    const StudyForecast forecast(study_.runs);
     for (const int cells : {16, 24, 32}) {
       StudySetting finer = setting_;
       finer.method.cells = cells;
@@ -76,7 +78,7 @@ bool ReferenceRuns::pass(double left_s, const Progress& watch) {
   const double last_s = passes_ > 0 ? reference.seconds.wall / passes_ : 0;
   if (reference.picture.known() && last_s * kMisjudged > left_s) return false;
   const double cpu = settings_.clock.cpu_s(), wall = settings_.clock.wall_s();
-  const std::uint64_t seed = settings_.seed * 1000003 + 500000 + static_cast<std::uint64_t>(passes_);
+  const std::uint64_t seed = study_seed(settings_, kReferenceSeeds + static_cast<std::uint64_t>(passes_));
   try {
     StudyPicture made = bench_.measure(setting_, seed, watch);
     if (watch.cancelled()) return false;

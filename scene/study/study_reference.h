@@ -1,7 +1,6 @@
 // The reference that a study's errors are measured against: independent passes of paths, or one solution of ordinates.
 #pragma once
 
-#include <cstdint>
 #include <string>
 
 #include "scene/study/study_bench.h"
@@ -18,7 +17,7 @@ class ReferenceRuns {
   /// Wall time that a pass should take.
   double pass_s() const;
   /// Chooses method and setting by what the lowest rungs cost.
-  void choose(const StudySearch& search, const StudyForecast& forecast);
+  void choose(const StudySearch& search);
 
   /// Whether it is behind its share of the time that has been spent.
   bool is_due(double spent_s) const;

@@ -31,7 +31,7 @@ void add_slopes(const Study& study, const MethodType* method, std::vector<StudyS
   const auto fit = [&](const char* what, const auto& part) {
     std::vector<double> x, y, errors;
     for (const StudyRun& run : study.runs) {
-      if (run.setting.method.type != method || run.purpose != "ladder") continue;
+      if (run.setting.method.type != method || run.purpose != kLadder) continue;
       const RootError& root = part(run.error);
       if (root.square < 2 * root.square_error) continue;
       x.push_back(run.seconds.map.cpu + run.seconds.image.cpu);

@@ -19,7 +19,6 @@ class Runs {
         outer_(progress),
         begin_s_(settings.clock.wall_s()),
         study_(described(bench, settings)),
-        forecast_(study_.runs),
         search_(study_, bench.traits()),
         reference_(study_, bench, settings) {
     const double late_s = begin_s_ + settings.budget_s * 1.03 + 1;
@@ -33,7 +32,7 @@ class Runs {
 
   Study run() {
     try_lowest_rungs();
-    reference_.choose(search_, forecast_);
+    reference_.choose(search_);
     while (!stopped()) {
       evaluate(study_);
       if (reference_.is_due(spent_s()) && reference_pass()) continue;
@@ -93,7 +92,7 @@ class Runs {
     const auto last_s = [&] { return study_.runs[static_cast<std::size_t>(ladder.rungs.back())].seconds.image.wall; };
     while (!stopped() && ladder.ended.empty() && ladder.rungs.size() < StudySearch::kRungsFirst &&
            (ladder.rungs.empty() || last_s() < most_s)) {
-      run_job({{{ladder.next, "ladder"}}, 0, 1});
+      run_job({{{ladder.next, kLadder}}, 0, 1});
     }
   }
 
@@ -110,7 +109,7 @@ class Runs {
         const StudySetting& setting = job.parts[p].setting;
         if (search_.failed(setting)) continue;
         try {
-          const std::uint64_t seed = settings_.seed * 1000003 + static_cast<std::uint64_t>(picture);
+          const std::uint64_t seed = study_seed(settings_, static_cast<std::uint64_t>(picture));
           made[p].push_back(bench_.measure(setting, seed, watch_));
         } catch (const std::exception& error) {
           if (stopped_within()) return;
@@ -176,7 +175,6 @@ class Runs {
   std::atomic<bool> stop_{false};
   double begin_s_;
   Study study_;
-  StudyForecast forecast_;
   StudySearch search_;
   ReferenceRuns reference_;
 };

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <new>
+#include <optional>
 
 #include "octree/base/error.h"
 
@@ -115,7 +116,7 @@ void StudySearch::climb(Ladder& ladder) {
   for (int run = find(ladder.next); run >= 0 && ladder.ended.empty() && improves(ladder); run = find(ladder.next)) {
     if (std::find(ladder.rungs.begin(), ladder.rungs.end(), run) != ladder.rungs.end()) return;
     StudyRun& rung = study_.runs[static_cast<std::size_t>(run)];
-    rung.purpose = "ladder";
+    rung.purpose = kLadder;
     rung.base = -1;
     ladder.rungs.push_back(run);
     ladder.next = scaled(traits_, rung.setting, kRung);
@@ -169,7 +170,7 @@ std::vector<StudyJob> StudySearch::find_jobs() {
     climb(ladder);
     const bool up = ladder.ended.empty() && improves(ladder);
     if (up && !measured(ladder.next))
-      jobs.push_back(job_of({{ladder.next, "ladder"}}, ladder.rungs.empty() ? kWorthOfFirst : 1));
+      jobs.push_back(job_of({{ladder.next, kLadder}}, ladder.rungs.empty() ? kWorthOfFirst : 1));
     if (ladder.rungs.size() >= kRungsFirst || (!up && !ladder.rungs.empty())) vary(ladder, up, jobs);
   }
   if (!refused(traits_.given.method.type) && !measured(given())) jobs.push_back(job_of({{given(), "scene"}}, 2));
@@ -241,7 +242,7 @@ void StudySearch::add_targets(std::vector<StudyJob>& jobs) const {
 void StudySearch::add_run(const StudyJob::Part& part) {
   const int run = static_cast<int>(study_.runs.size()) - 1;
   if (part.setting == given()) study_.as_given = run;
-  if (part.purpose == "ladder") ladders_.at(part.setting.method.type).rungs.push_back(run);
+  if (part.purpose == kLadder) ladders_.at(part.setting.method.type).rungs.push_back(run);
 }
 
 void StudySearch::fail(const StudyJob::Part& part, const std::exception& error) {
@@ -250,7 +251,7 @@ void StudySearch::fail(const StudyJob::Part& part, const std::exception& error) 
                      dynamic_cast<const ResourceError*>(&error) || dynamic_cast<const std::bad_alloc*>(&error);
   if (!known) throw;
   Ladder& ladder = ladders_.at(part.setting.method.type);
-  if (part.purpose != "ladder" && part.purpose != kWarmUp) {
+  if (part.purpose != kLadder && part.purpose != kWarmUp) {
     study_.left_out.push_back(fmt::format("{}: {}", study_label(part.setting), error.what()));
   } else if (ladder.rungs.empty()) {
     refuse(part.setting.method.type, error.what());
@@ -268,7 +269,7 @@ void StudySearch::finish(const StudyJob& job) {
   }
   const StudyJob::Part& first = job.parts.front();
   Ladder& ladder = ladders_.at(first.setting.method.type);
-  if (first.purpose == "ladder" && !failed(first.setting)) ladder.next = scaled(traits_, first.setting, kRung);
+  if (first.purpose == kLadder && !failed(first.setting)) ladder.next = scaled(traits_, first.setting, kRung);
   if (first.base < 0 || !study_.reference.picture.known()) return;
   take_best_knob(job, ladder);
   std::vector<StudyJob> open;

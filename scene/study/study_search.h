@@ -28,6 +28,12 @@ struct StudyJob {
 /// The purpose of a job whose pictures are thrown away.
 inline constexpr const char* kWarmUp = "warm up";
 
+/// Of a study's random numbers: pictures of a setting count from 0, passes of the reference from kReferenceSeeds.
+inline constexpr std::uint64_t kReferenceSeeds = 500000;
+inline std::uint64_t study_seed(const StudySettings& settings, std::uint64_t number) noexcept {
+  return settings.seed * 1000003 + number;
+}
+
 /// Pictures of a setting; bias and noise need two.
 inline constexpr int kStudyPictures = 2;
 
@@ -56,7 +62,7 @@ class StudySearch {
 
   /// All that could be done next.
   std::vector<StudyJob> find_jobs();
-  /// A part could not be run. Passes on what is no refusal of a method.
+  /// A part could not be run. @pre called where the error was caught: rethrows what is no refusal of a method
   void fail(const StudyJob::Part& part, const std::exception& error);
   /// A part has become the study's newest run.
   void add_run(const StudyJob::Part& part);

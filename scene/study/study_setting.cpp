@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "photon/world/world.h"
+#include "photon/world/spectral_world.h"
 #include "scene/file/scene_limits.h"
 #include "scene/plan/plan.h"
 
@@ -249,10 +249,7 @@ Method full_method(const StudySetting& setting, const Description& scene) {
 
 StudyTraits traits_of(const Description& scene, const World& world, const Method& method) {
   StudyTraits traits;
-  traits.scatters = false;
-  for (int i = 0; i < world.interval_count(); ++i)
-    traits.scatters =
-        traits.scatters || SpectralWorld(world, i).scatters() || SpectralWorld(world, i).surfaces_reflect();
+  traits.scatters = redirects_light(world);
   traits.clouds = !scene.clouds.empty();
   traits.depth_limited = scene.sensor.scattering_depth.has_value();
 
