@@ -19,6 +19,8 @@ constexpr double kBandScale = 2 * kBoltzmannConstant * (kBoltzmannConstant / kPl
                               (kBoltzmannConstant / kPlanckConstant) * (kBoltzmannConstant / kPlanckConstant) /
                               (kSpeedOfLight * kSpeedOfLight);
 constexpr double kSmallest = 1e-300;
+// Where x is larger than this all over a band, its radiance is below the smallest number that counts.
+constexpr double kDark = 1000;
 
 // The integrand falls as e^-x: what lies this far beyond a piece's lower end is below rounding.
 constexpr double kReach = 60;
@@ -92,6 +94,7 @@ double unscale(double sum, double K, double reference) noexcept {
 double radiance(std::span<const Piece> pieces, double K) noexcept {
   if (!(K > 0) || pieces.empty()) return K != K ? K : 0.0;
   const double reference = reference_of(pieces, K);
+  if (!(reference < kDark)) return 0;
   const double value = unscale(integrate(pieces, K, reference).value, K, reference);
   return value >= kSmallest ? value : 0.0;
 }
@@ -99,6 +102,7 @@ double radiance(std::span<const Piece> pieces, double K) noexcept {
 double derivative(std::span<const Piece> pieces, double K) noexcept {
   if (!(K > 0) || pieces.empty()) return K != K ? K : 0.0;
   const double reference = reference_of(pieces, K);
+  if (!(reference < kDark)) return 0;
   const double value = unscale(integrate(pieces, K, reference).first, K, reference) / K;
   return value >= kSmallest ? value : 0.0;
 }

@@ -45,7 +45,8 @@ BatchTally absorbed_by_fluence(const World& world, const PhotonMap& map) {
 
 }  // namespace
 
-TEST_CASE("emitted power is absorbed, escaped, on surfaces or cut off, and nothing else", "[physics][energy]") {
+TEST_CASE("emitted power is absorbed, escaped, on surfaces or cut off, and nothing else",
+          "[physics][energy][surfaces]") {
   const CloudWish wish = rough_wish(0.8, 0.6, 2);
   WorldContents contents = grey_contents(wish, 0.7);
   contents.sun = Sun{Vec3d(0, 0, 1), {5}, 0.01};

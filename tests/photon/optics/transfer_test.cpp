@@ -62,7 +62,7 @@ TEST_CASE("both weights add up to the loss, also where the formula changes", "[p
   CHECK(w_far(std::nextafter(1.0, 0)) == Approx(w_far(1)).epsilon(1e-15));
 }
 
-TEST_CASE("a segment gains what the transfer equation says", "[photon][transfer]") {
+TEST_CASE("a segment gains what the transfer equation says", "[photon][transfer][not_finite]") {
   // Thin: emission times length; thick: the source function; none: the length itself.
   CHECK(3 * effective_length(0, 7) == 21);
   CHECK(3 * effective_length(1e-300, 7) == 21);
