@@ -5,33 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "sensor/capture/pool.h"
-
 namespace obscura {
 namespace {
-
-bool finite(const RaySample& ray) noexcept {
-  if (std::isnan(ray.depth_m)) return false;
-  for (const BandSample& band : ray.bands) {
-    double sum = band.direct + band.bias + band.variance + band.transmission + band.transmission_atmosphere;
-    for (const double value : band.map) sum += value;
-    if (!std::isfinite(sum)) return false;
-  }
-  return true;
-}
-
-// The variance of the mean of the batches, from their scatter.
-double variance_of_mean(const std::array<double, kBatches>& batch, double mean) noexcept {
-  double sum = 0;
-  for (const double value : batch) sum += (value - mean) * (value - mean);
-  return sum / (kBatches * (kBatches - 1.0));
-}
-
-double mean_of(const std::array<double, kBatches>& batch) noexcept {
-  double sum = 0;
-  for (const double value : batch) sum += value;
-  return sum / kBatches;
-}
 
 // What does not fit a float32 is cut and counted.
 float to_float(double value, std::uint64_t& anomalies) noexcept {
@@ -45,82 +20,6 @@ int common_channel(int bands, int which) noexcept { return Film::kBandValues * b
 constexpr int kDepth = 0, kObject = 1, kRays = 2, kCriterion = 3, kCommonChannels = 4;
 
 }  // namespace
-
-void PixelSum::reset() noexcept {
-  std::fill(bands_.begin(), bands_.end(), Sums{});
-  weight_ = weight2_ = last_weight_ = middle_weight2_ = 0;
-  rays_ = 0;
-  anomalies_ = 0;
-  depth_m_ = kInfinity;
-}
-
-void PixelSum::add(const RaySample& ray, double weight) noexcept {
-  assert(ray.bands.size() == bands_.size() && weight > 0);
-  if (!finite(ray)) {
-    ++anomalies_;
-    return;
-  }
-  ++rays_;
-  depth_m_ = std::min(depth_m_, ray.depth_m);
-  weight_ += weight;
-  weight2_ += weight * weight;
-  const double middle2 = rays_ > 2 ? last_weight_ * last_weight_ : 0.0;
-  middle_weight2_ += middle2;
-  last_weight_ = weight;
-  for (std::size_t b = 0; b < bands_.size(); ++b) {
-    const BandSample& sample = ray.bands[b];
-    Sums& sums = bands_[b];
-    const double map = mean_of(sample.map);
-    const double radiance = sample.direct + map;
-    if (rays_ == 2) sums.step2 = (radiance - sums.last) * (radiance - sums.last);
-    if (rays_ > 2) {
-      const double bend = radiance - 2 * sums.last + sums.before_last;
-      sums.bends2 += middle2 * bend * bend;
-    }
-    sums.before_last = sums.last;
-    sums.last = radiance;
-    sums.radiance += (radiance - sums.radiance) * (weight / weight_);
-    sums.ray_noise += weight * variance_of_mean(sample.map, map);
-    sums.bias += weight * sample.bias;
-    sums.variance += weight * sample.variance;
-    sums.transmission += weight * sample.transmission;
-    sums.transmission_atmosphere += weight * sample.transmission_atmosphere;
-    sums.direct += weight * sample.direct;
-    for (std::size_t k = 0; k < kBatches; ++k) sums.map[k] += weight * sample.map[k];
-  }
-}
-
-PixelBand PixelSum::band(int index) const noexcept {
-  PixelBand result;
-  if (rays_ == 0) return result;
-  const Sums& sums = bands_[static_cast<std::size_t>(index)];
-  result.radiance = sums.radiance;
-  result.bias = sums.bias / weight_;
-  result.transmission = sums.transmission / weight_;
-  result.transmission_atmosphere = sums.transmission_atmosphere / weight_;
-
-  // Batches are replicas of the map: their scatter holds all of its noise, shared by the rays or not.
-  std::array<double, kBatches> map;
-  for (std::size_t k = 0; k < kBatches; ++k) {
-    map[k] = sums.map[k] / weight_;
-    result.batch[k] = sums.direct / weight_ + map[k];
-  }
-  const double batch_variance = variance_of_mean(map, mean_of(map));
-
-  // Rays are stratified and successive ones are neighbours: a slope of the picture is no noise, and second
-  // differences do not see it (of independent values they have six times the variance).
-  // Rays scatter by what they see and by the map's noise that they do not share; the latter is in
-  // the batches already and comes off (sensor/METHODS.md, "The error of a pixel").
-  if (rays_ == 1) result.ray_variance = std::max(0.0, sums.variance / weight_ - batch_variance) + sums.spread;
-  if (rays_ > 1) {
-    const double share2 = weight2_ / (weight_ * weight_);  // 1/n where all weigh the same
-    const double scatter = (rays_ == 2 ? sums.step2 / 2 : sums.bends2 / (6 * middle_weight2_)) * share2;
-    const double counted = std::max(0.0, (sums.ray_noise / weight_ - batch_variance) * share2 / (1 - share2));
-    result.ray_variance = std::max(0.0, scatter - counted);
-  }
-  result.variance = batch_variance + result.ray_variance;
-  return result;
-}
 
 void FilmTile::put(int x, int y, const PixelSum& pixel, std::uint32_t object_id, Criterion criterion) {
   assert(x >= x_begin() && x < x_end() && y >= y_begin() && y < y_end());
@@ -141,6 +40,7 @@ void FilmTile::put(int x, int y, const PixelSum& pixel, std::uint32_t object_id,
     }
     Totals& totals = totals_[static_cast<std::size_t>(b)];
     totals.ray_variance += band.ray_variance;
+    put_scatter(place, b, pixel, band);
     for (std::size_t k = 0; k < kBatches; ++k) totals.batch[k] += band.batch[k];
   }
   const double depth = pixel.depth_m();
@@ -153,6 +53,27 @@ void FilmTile::put(int x, int y, const PixelSum& pixel, std::uint32_t object_id,
   ++done_;
 }
 
+void FilmTile::put_scatter(std::size_t place, int band, const PixelSum& pixel, const PixelBand& values) {
+  const std::size_t plane = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
+  const auto set = [&](int channel, double value) {
+    scatter_[static_cast<std::size_t>(channel) * plane + place] = static_cast<float>(value);
+  };
+  const int first = Film::kBandPlanes * band, common = Film::kBandPlanes * static_cast<int>(totals_.size());
+  if (pixel.rays() == 1) {
+    set(first + Film::kForeseen, pixel.foreseen(band));
+    set(first + Film::kOwn, std::sqrt(values.ray_variance));
+  } else {
+    set(first + Film::kSmooth, std::sqrt(values.smooth.square));
+    set(first + Film::kComplex, std::sqrt(values.complex.square));
+    set(first + Film::kCountedTwice, std::sqrt(values.counted_twice));
+  }
+  set(first + Film::kMap, std::sqrt(values.map_variance));
+  set(common + Film::kKnownSmooth, values.smooth.known);
+  set(common + Film::kKnownComplex, values.complex.known);
+  set(common + Film::kWeightSmooth, values.smooth.weight);
+  set(common + Film::kWeightComplex, values.complex.weight);
+}
+
 Film::Film(const FilmSettings& settings)
     : settings_(settings),
       tile_columns_((settings.resolution[0] + kTileSide - 1) / kTileSide),
@@ -160,6 +81,7 @@ Film::Film(const FilmSettings& settings)
   assert(columns() >= 1 && rows() >= 1 && bands() >= 1);
   values_.resize(static_cast<std::size_t>(common_channel(bands(), kCommonChannels)) * pixel_count());
   std::ranges::fill(plane(common_channel(bands(), kDepth)), std::numeric_limits<float>::infinity());
+  scatter_.resize(static_cast<std::size_t>(scatter_channels()) * pixel_count());
   tiles_.resize(static_cast<std::size_t>(tile_count()));
   totals_.resize(tiles_.size() * static_cast<std::size_t>(bands()));
 }
@@ -189,6 +111,7 @@ FilmTile Film::tile(int index) const {
   tile.rows_ = tile_height;
   tile.values_.resize(static_cast<std::size_t>(common_channel(bands(), kCommonChannels)) *
                       static_cast<std::size_t>(tile_width * tile_height));
+  tile.scatter_.resize(static_cast<std::size_t>(scatter_channels() * tile_width * tile_height));
   tile.totals_.resize(static_cast<std::size_t>(bands()));
   return tile;
 }
@@ -200,40 +123,18 @@ void Film::put(FilmTile&& tile) {
   state = {1, area, tile.rays_, tile.anomalies_};
   std::ranges::copy(tile.totals_, totals_.begin() + static_cast<std::ptrdiff_t>(tile.index_) * bands());
 
-  auto source = tile.values_.cbegin();
-  for (int channel = 0; channel < common_channel(bands(), kCommonChannels); ++channel) {
-    const std::span<float> to = plane(channel);
-    for (int y = tile.y_begin(); y < tile.y_end(); ++y, source += tile.columns_) {
-      std::copy_n(source, tile.columns_, to.begin() + static_cast<std::ptrdiff_t>(y) * columns() + tile.x_begin());
-    }
-  }
-}
-
-void Film::pool_errors() {
-  std::vector<float> pooled(pixel_count());
-  for (int b = 0; b < bands(); ++b) {
-    const std::span<const float> transmission = values(b, Value::transmission);
-    const auto cloudy = [&](int x, int y) {
-      return passes(x, y) > 0 && transmission[static_cast<std::size_t>(y * columns() + x)] < 1;
-    };
-    for (const Value which : {Value::error, Value::bias}) {
-      const std::span<float> own = plane(kBandValues * b + static_cast<int>(which));
-      const bool squares = which == Value::error;
-      for (int y = 0; y < rows(); ++y) {
-        for (int x = 0; x < columns(); ++x) {
-          const auto place = static_cast<std::size_t>(y * columns() + x);
-          pooled[place] = own[place];
-          if (!cloudy(x, y)) continue;
-          const double mean = detail::pooled(x, y, columns(), rows(), cloudy, [&](int u, int v) {
-            const double value = own[static_cast<std::size_t>(v * columns() + u)];
-            return squares ? value * value : value;
-          });
-          pooled[place] = static_cast<float>(squares ? std::sqrt(mean) : mean);
-        }
+  const auto copy = [&](const std::vector<float>& from, std::vector<float>& to) {
+    auto source = from.cbegin();
+    for (std::size_t plane = 0; plane < to.size(); plane += pixel_count()) {
+      for (int y = tile.y_begin(); y < tile.y_end(); ++y, source += tile.columns_) {
+        std::copy_n(source, tile.columns_,
+                    to.begin() + static_cast<std::ptrdiff_t>(plane) + static_cast<std::ptrdiff_t>(y) * columns() +
+                        tile.x_begin());
       }
-      std::ranges::copy(pooled, own.begin());
     }
-  }
+  };
+  copy(tile.values_, values_);
+  copy(tile.scatter_, scatter_);
 }
 
 void Film::merge(const Film& other) {

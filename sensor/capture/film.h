@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "photon/spot/spot.h"
-#include "sensor/capture/sample.h"
+#include "sensor/capture/pixel_sum.h"
 
 namespace obscura {
 
@@ -16,66 +16,6 @@ struct FilmSettings {
   /// Columns and rows.
   std::array<int, 2> resolution{1, 1};
   int bands = 1;
-};
-
-/// The developed values of one pixel in one band.
-struct PixelBand {
-  double radiance = 0;
-  /// Standard error of `radiance`, squared: batches and rays (sensor/METHODS.md, "The error of a pixel").
-  double variance = 0;
-  /// The share of `variance` that is the pixel's own: its rays, not the map that pixels share.
-  double ray_variance = 0;
-  double bias = 0;
-  double transmission = 0;
-  double transmission_atmosphere = 0;
-  /// The radiance as each batch alone would have it.
-  std::array<double, kBatches> batch{};
-};
-
-/// Adds up the rays of one pixel. Reuse it: it allocates only when made.
-class PixelSum {
- public:
-  explicit PixelSum(int bands) : bands_(static_cast<std::size_t>(bands)) {}
-
-  void reset() noexcept;
-  /// A ray with a value that is not finite (depth may be infinite) is left out and counted.
-  /// @param weight the share of the pixel that the ray stands for, above 0; only ratios matter
-  void add(const RaySample& ray, double weight = 1) noexcept;
-  /// Expected squared distance of one ray's radiance from the pixel's mean, as its corners tell. It counts only where
-  /// the pixel has one ray, which has no scatter of its own.
-  void set_spread(int band, double variance) noexcept { bands_[static_cast<std::size_t>(band)].spread = variance; }
-
-  /// Rays that count.
-  std::uint32_t rays() const noexcept { return rays_; }
-  std::uint32_t anomalies() const noexcept { return anomalies_; }
-  double depth_m() const noexcept { return depth_m_; }
-  PixelBand band(int index) const noexcept;
-
- private:
-  struct Sums {
-    double radiance = 0;  // running mean; all sums are weighted
-    double last = 0;      // of the ray before
-    double before_last = 0;
-    double step2 = 0;      // squared difference of the first two rays
-    double bends2 = 0;     // squared second differences of successive rays, by the middle one's squared weight
-    double ray_noise = 0;  // the batches' variance of the mean
-    double bias = 0;
-    double variance = 0;  // of the rays' own points
-    double spread = 0;    // see set_spread()
-    double transmission = 0;
-    double transmission_atmosphere = 0;
-    double direct = 0;
-    std::array<double, kBatches> map{};
-  };
-
-  std::vector<Sums> bands_;
-  double weight_ = 0;   // sum over rays
-  double weight2_ = 0;  // of their squares
-  double last_weight_ = 0;
-  double middle_weight2_ = 0;  // of the squares, over rays with a ray before and behind
-  std::uint32_t rays_ = 0;
-  std::uint32_t anomalies_ = 0;
-  double depth_m_ = kInfinity;
 };
 
 /// Mean of an image's radiance over the pixels that are done.
@@ -107,12 +47,15 @@ class FilmTile {
     std::array<double, kBatches> batch{};
   };
 
+  void put_scatter(std::size_t place, int band, const PixelSum& pixel, const PixelBand& values);
+
   int index_ = 0;
   int x_ = 0, y_ = 0, columns_ = 0, rows_ = 0;
   int done_ = 0;
   std::uint64_t rays_ = 0;
   std::uint64_t anomalies_ = 0;
   std::vector<float> values_;   // [channel][row][column]
+  std::vector<float> scatter_;  // the same, see Film::ScatterPlane
   std::vector<Totals> totals_;  // per band
 };
 
@@ -140,10 +83,10 @@ class Film {
   /// is never put stays undone.
   void put(FilmTile&& tile);
 
-  /// Replaces error (in squares) and bias of each pixel by the weighted mean over it and its neighbours: a pixel's own
-  /// few rays are skewed, and those that miss what is bright claim too small an error with too small a mean
-  /// (sensor/METHODS.md, "The error of a pixel"). Pixels that see no cloud neither give nor take. Call it once, when
-  /// all tiles are there.
+  /// Sets the error of each pixel from what it and its neighbours know of their rays' scatter, and its bias to the
+  /// weighted mean over both: a pixel's own few rays are skewed, and those that miss what is bright claim too small an
+  /// error with too small a mean (sensor/METHODS.md, "The error of a pixel"). Call it once, when all tiles are there;
+  /// until then a pixel has the error that it knows by itself.
   void pool_errors();
 
   /// Adds an independent pass over the same image (its own seed, its own map): means are weighted by
@@ -180,6 +123,15 @@ class Film {
     std::uint64_t anomalies = 0;
   };
 
+  /// What is kept of each pixel until pool_errors(): first of each band (roots, so that float32 holds them), then of
+  /// all. Of a pixel with one ray, which has no scatter, the first two are the ray's.
+  enum ScatterPlane { kSmooth, kComplex, kCountedTwice, kMap, kBandPlanes };
+  enum RayPlane { kForeseen = kSmooth, kOwn = kComplex };
+  enum CommonPlane { kKnownSmooth, kKnownComplex, kWeightSmooth, kWeightComplex, kCommonPlanes };
+  friend class ErrorPool;
+  friend class FilmTile;
+  int scatter_channels() const noexcept { return kBandPlanes * bands() + kCommonPlanes; }
+
   std::size_t pixel_count() const noexcept {
     return static_cast<std::size_t>(columns()) * static_cast<std::size_t>(rows());
   }
@@ -190,7 +142,8 @@ class Film {
   FilmSettings settings_;
   int tile_columns_;
   int tile_rows_;
-  std::vector<float> values_;  // [channel][row][column]; bands, then depth, object, rays, criterion
+  std::vector<float> values_;   // [channel][row][column]; bands, then depth, object, rays, criterion
+  std::vector<float> scatter_;  // the same, see ScatterPlane; empty once errors are pooled
   std::vector<TileState> tiles_;
   std::vector<FilmTile::Totals> totals_;  // [tile][band]
 };

@@ -17,6 +17,8 @@ namespace {
 constexpr double kNoiseRange = 3.63;
 /// Slopes are believed beyond this many times the square that noise alone makes, 19 times of 20.
 constexpr double kNoiseSlope = 3;
+/// Corners whose noise is below this share of their slope's square foretell what is between them.
+constexpr double kForetold = 1.0 / 30;
 /// Share of the corners that may outshine the bright end.
 constexpr double kGlints = 1e-3;
 
@@ -61,17 +63,11 @@ double range(std::initializer_list<double> values) { return std::max(values) - s
 
 }  // namespace
 
-RayCounts& RayCounts::operator+=(const RayCounts& other) noexcept {
-  base += other.base;
-  deciding += other.deciding;
-  for (std::size_t c = 0; c < asked.size(); ++c) asked[c] += other.asked[c];
-  return *this;
-}
-
 /// A square part of a pixel.
 struct Refiner::Cell {
-  std::size_t pixel;   // of the tile
-  std::uint32_t x, y;  // within the pixel, in its own side lengths
+  std::size_t pixel;                  // of the tile
+  std::uint32_t x, y;                 // within the pixel, in its own side lengths
+  Criterion whole = Criterion::none;  // what has split the part that it is a quarter of
 };
 
 Refiner::Refiner(const World& world, const RadianceEstimator& estimator, const Sampler& sampler,
@@ -181,6 +177,7 @@ Ramp Refiner::ramp(const Corners& c, int band) const noexcept {
   const double noise = 7.0 / 36 * 0.25 * (double{c[0][k + 1]} + c[1][k + 1] + c[2][k + 1] + c[3][k + 1]);
   const double highest = 0.5 * (std::abs(ramp.across) + std::abs(ramp.down)) + 0.25 * std::abs(ramp.twist);
   if (!(square > kNoiseSlope * noise) || !std::isfinite(square)) return {};
+  if (noise < kForetold * square) ramp.mean = 0.25 * (double{c[0][k]} + c[1][k] + c[2][k] + c[3][k]);
   // No more than half of what is there, so that nothing becomes negative.
   const double least = std::min({c[0][k], c[1][k], c[2][k], c[3][k]});
   ramp.strength = std::clamp(std::min(1 - kNoiseSlope * noise / square, 0.5 * least / highest), 0.0, 1.0);
@@ -276,6 +273,7 @@ TileStrata Refiner::split(const FilmTile& tile) const {
     std::uint64_t place;
     Stratum stratum;
     std::size_t ramp;  // of its first band
+    bool complex;
   };
   std::vector<Part> parts;
   std::vector<Ramp> known(bands), ramps;  // the first is none
@@ -290,18 +288,18 @@ TileStrata Refiner::split(const FilmTile& tile) const {
     const double side = std::ldexp(1.0, -level);
     std::vector<Criterion> asks(cells.size(), Criterion::none);
     ramps.assign(cells.size() * bands, {});
+    // What lies at another distance is another polygon; a slope alone matters the less the smaller the part.
+    SpotThresholds thresholds = settings_->geometry;
+    if (thresholds.depth) *thresholds.depth *= tolerance(level);
+    SpotQuery geometry(*world_, thresholds, settings_->specular_depth);
+    const auto ask = [&](const Cell& cell) {
+      const double x = tile.x_begin() + static_cast<int>(cell.pixel) % columns + cell.x * side;
+      const double y = tile.y_begin() + static_cast<int>(cell.pixel) / columns + cell.y * side;
+      const std::optional<Spot> spot = sampler_->camera().spot(x, y, x + side, y + side);
+      return spot ? geometry(*spot) : Criterion::none;
+    };
     if (level < levels) {
-      // What lies at another distance is another polygon; a slope alone matters the less the smaller the part.
-      SpotThresholds thresholds = settings_->geometry;
-      if (thresholds.depth) *thresholds.depth *= tolerance(level);
-      SpotQuery geometry(*world_, thresholds, settings_->specular_depth);
-      for (std::size_t i = 0; i < cells.size(); ++i) {
-        const Cell& cell = cells[i];
-        const double x = tile.x_begin() + static_cast<int>(cell.pixel) % columns + cell.x * side;
-        const double y = tile.y_begin() + static_cast<int>(cell.pixel) / columns + cell.y * side;
-        if (const std::optional<Spot> spot = sampler_->camera().spot(x, y, x + side, y + side))
-          asks[i] = geometry(*spot);
-      }
+      for (std::size_t i = 0; i < cells.size(); ++i) asks[i] = ask(cells[i]);
       decide_by_rays(cells, level, tile, asks, ramps, result);
     }
     next.clear();
@@ -310,10 +308,15 @@ TileStrata Refiner::split(const FilmTile& tile) const {
       const int more = std::min(4, most_) - 1;
       if (asks[i] == Criterion::none || count[cell.pixel] + more > most_) {
         const std::uint32_t fine = 1u << std::max(0, corners_.levels() - level);
+        // What has split the whole may be in any of its last quarters; only geometry tells in which.
+        const bool by_geometry = cell.whole < Criterion::shadow;
+        const bool complex = asks[i] != Criterion::none || (level == levels && cell.whole != Criterion::none &&
+                                                            (!by_geometry || ask(cell) != Criterion::none));
         parts.push_back({cell.pixel,
                          hilbert(corners_.levels(), cell.x * fine, cell.y * fine),
                          {cell.x * side, cell.y * side, side, side},
-                         asks[i] == Criterion::none ? known.size() : 0});
+                         asks[i] == Criterion::none ? known.size() : 0,
+                         complex});
         if (asks[i] == Criterion::none) known.insert(known.end(), &ramps[i * bands], &ramps[i * bands] + bands);
         continue;
       }
@@ -321,9 +324,10 @@ TileStrata Refiner::split(const FilmTile& tile) const {
       asked[cell.pixel][static_cast<std::size_t>(asks[i])] += more;
       if (more < 3) {
         for (int k = 0; k <= more; ++k)
-          parts.push_back({cell.pixel, static_cast<std::uint64_t>(k), stratum(k, more + 1), 0});
+          parts.push_back({cell.pixel, static_cast<std::uint64_t>(k), stratum(k, more + 1), 0, true});
       } else {
-        for (std::uint32_t k = 0; k < 4; ++k) next.push_back({cell.pixel, 2 * cell.x + k % 2, 2 * cell.y + k / 2});
+        for (std::uint32_t k = 0; k < 4; ++k)
+          next.push_back({cell.pixel, 2 * cell.x + k % 2, 2 * cell.y + k / 2, asks[i]});
       }
     }
     cells.swap(next);
@@ -334,6 +338,7 @@ TileStrata Refiner::split(const FilmTile& tile) const {
   for (const Part& part : parts) {
     while (result.first.size() <= part.pixel) result.first.push_back(result.strata.size());
     result.strata.push_back(part.stratum);
+    result.complex.push_back(part.complex);
     for (std::size_t b = 0; b < bands; ++b) result.ramps.push_back(known[part.ramp + b]);
   }
   result.first.push_back(result.strata.size());

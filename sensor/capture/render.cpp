@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "sensor/capture/pool.h"
@@ -34,20 +35,14 @@ class TilePass {
         bands_(static_cast<int>(world.bands().size())) {}
 
   FilmTile run() {
-    if (!refiner_) {
-      for (std::size_t p = 0; p < pixels_; ++p) send(p, 0, sampler_.strata(), 1);
-      trace();
-      rays.base += rays_.size();
+    parts_ = refiner_ ? refiner_->split(tile_) : even_strata(world_, sampler_, tile_);
+    rays += parts_.rays;
+    counts += parts_.counts;
+    if (refiner_ && sampler_.settings().adaptive->error) {
+      by_halves();
     } else {
-      parts_ = refiner_->split(tile_);
-      rays += parts_.rays;
-      counts += parts_.counts;
-      if (sampler_.settings().adaptive->error && sampler_.settings().max_oversampling > 1) {
-        by_halves();
-      } else {
-        for (std::size_t p = 0; p < pixels_; ++p) send(p, 0, parts_.of(p), 1);
-        trace();
-      }
+      for (std::size_t p = 0; p < pixels_; ++p) send(p, 0, 1);
+      trace();
     }
     put();
     return std::move(tile_);
@@ -64,17 +59,20 @@ class TilePass {
     double weight;  // in its mean
     std::size_t sample;
     std::size_t part;  // its stratum, among those of the tile's pixels
+    int paths;
   };
 
   int x_of(std::size_t pixel) const noexcept { return tile_.x_begin() + static_cast<int>(pixel) % columns_; }
   int y_of(std::size_t pixel) const noexcept { return tile_.y_begin() + static_cast<int>(pixel) / columns_; }
 
-  /// One ray into each stratum. @param first number of the first of them among the pixel's rays
-  void send(std::size_t pixel, int first, std::span<const Stratum> strata, double weight) {
-    sampler_.rays(x_of(pixel), y_of(pixel), strata, first, rays_);
-    for (const Stratum& cell : strata)
-      sent_.push_back({pixel, cell.area(), weight * cell.area(), 0,
-                       refiner_ ? static_cast<std::size_t>(&cell - parts_.strata.data()) : 0});
+  /// One ray into each stratum of those that the tile was split into.
+  /// @param first number of the first of them among the pixel's rays
+  void send(std::size_t pixel, int first, double weight) {
+    sampler_.rays(x_of(pixel), y_of(pixel), parts_.of(pixel), first, rays_);
+    for (std::size_t part = parts_.first[pixel]; part < parts_.first[pixel + 1]; ++part) {
+      const double area = parts_.strata[part].area();
+      sent_.push_back({pixel, area, weight * area, 0, part, std::max(1, sampler_.share(area * effort_).paths)});
+    }
   }
 
   /// Traces what was sent since the last time, rays of equal share together.
@@ -118,25 +116,29 @@ class TilePass {
     }
   }
 
-  void add(PixelSum& sum, std::size_t r, double weight) const {
-    sum.add(rays_[r].ray ? samples_[sent_[r].sample] : nothing_, weight);
+  void add(PixelSum& sum, std::size_t r) {
+    const Sent& sent = sent_[r];
+    const auto bands = static_cast<std::size_t>(bands_);
+    for (std::size_t b = 0; b < bands; ++b)
+      foreseen_[b] = refiner_ ? parts_.ramps[sent.part * bands + b].mean : std::numeric_limits<double>::quiet_NaN();
+    sum.add(rays_[r].ray ? samples_[sent.sample] : nothing_,
+            {parts_.strata[sent.part], sent.weight, sent.paths, parts_.complex[sent.part] != 0, foreseen_});
   }
 
   /// Every pixel in two halves. Each asks for as many rays as the error of the other says, so that no half's
   /// number of rays knows its own values: both are unbiased, and so is their mean.
   void by_halves();
 
-  /// The rays of each pixel, summed in the order in which they were sent.
+  /// The rays of each pixel, summed part by part: neighbours follow one another.
   void put() {
     std::vector<std::vector<std::size_t>> of(pixels_);
     for (std::size_t r = 0; r < sent_.size(); ++r) of[sent_[r].pixel].push_back(r);
     PixelSum sum(bands_);
     for (std::size_t p = 0; p < pixels_; ++p) {
+      std::ranges::stable_sort(of[p], {}, [this](std::size_t r) { return sent_[r].part; });
       sum.reset();
-      for (const std::size_t r : of[p]) add(sum, r, sent_[r].weight);
-      if (refiner_ && of[p].size() == 1) add_spread(sum, p, of[p].front());
-      tile_.put(x_of(p), y_of(p), sum, object_at(world_, sampler_.centre(x_of(p), y_of(p))),
-                refiner_ ? parts_.criterion[p] : Criterion::none);
+      for (const std::size_t r : of[p]) add(sum, r);
+      tile_.put(x_of(p), y_of(p), sum, object_at(world_, sampler_.centre(x_of(p), y_of(p))), parts_.criterion[p]);
     }
   }
 
@@ -159,6 +161,7 @@ class TilePass {
   std::size_t pixels_;
   int bands_;
   RaySample nothing_{bands_};
+  std::vector<double> foreseen_ = std::vector<double>(static_cast<std::size_t>(bands_));
   TileStrata parts_;
   double effort_ = 1;  // of a stratum's samples that each ray gets
   std::vector<PixelRay> rays_;
@@ -171,7 +174,7 @@ void TilePass::by_halves() {
   effort_ = 0.5;
   const AdaptiveSettings& settings = *sampler_.settings().adaptive;
   for (std::size_t p = 0; p < pixels_; ++p) {
-    for (int half = 0; half < 2; ++half) send(p, half * static_cast<int>(parts_.of(p).size()), parts_.of(p), 0.5);
+    for (int half = 0; half < 2; ++half) send(p, half * static_cast<int>(parts_.of(p).size()), 0.5);
   }
   rays.asked[static_cast<std::size_t>(Criterion::error)] += parts_.strata.size();
   trace();
@@ -187,7 +190,7 @@ void TilePass::by_halves() {
     for (std::vector<Known>& half : known) {
       sum.reset();
       const std::size_t first = r;
-      for (std::size_t k = 0; k < parts_.of(p).size(); ++k, ++r) add(sum, r, sent_[r].weight);
+      for (std::size_t k = 0; k < parts_.of(p).size(); ++k, ++r) add(sum, r);
       if (parts_.of(p).size() == 1) add_spread(sum, p, first);
       for (int b = 0; b < bands_; ++b) half.push_back({sum.band(b).radiance, sum.band(b).variance});
     }
@@ -220,7 +223,7 @@ void TilePass::by_halves() {
     for (std::size_t half = 0; half < 2; ++half) {
       repeats[p][half] = static_cast<int>(
           std::clamp(std::ceil(wanted(known[1 - half], p)), 1.0, std::max(1.0, static_cast<double>(most))));
-      for (int k = 1; k < repeats[p][half]; ++k, number += parts) send(p, number, parts_.of(p), 0.5);
+      for (int k = 1; k < repeats[p][half]; ++k, number += parts) send(p, number, 0.5);
     }
     if (number > 2 * parts && number - 2 * parts >= static_cast<int>(parts)) parts_.criterion[p] = Criterion::error;
   }

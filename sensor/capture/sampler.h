@@ -11,6 +11,7 @@
 #include "photon/methods/estimator.h"
 #include "photon/spot/spot.h"
 #include "sensor/capture/camera.h"
+#include "sensor/capture/stratum.h"
 
 namespace obscura {
 
@@ -38,18 +39,6 @@ struct SamplerSettings {
   /// Tiles of the film to be done; none: all.
   std::vector<int> tiles = {};
 };
-
-/// A rectangle within a pixel, in pixels from its top left corner.
-struct Stratum {
-  double x_min, y_min, width, height;
-
-  double area() const noexcept { return width * height; }
-};
-
-/// Cells of equal area that tile the unit square, as near to squares as `count` allows: rows of
-/// equally many cells, or of one more (7 is rows of 2, 3 and 2). One jittered place in each makes an
-/// unbiased stratified sample of any size.
-Stratum stratum(int index, int count) noexcept;
 
 struct PixelRay {
   /// Place on the image.

@@ -1,13 +1,16 @@
 // Whether error bars keep their promise: each scene is rendered with many seeds in several ways, and its pixels are
 // held against a reference of many paths. Prints the table of sensor/MEASURED.md, "Coverage".
 //
-//   coverage_bench [--seeds 200] [--scene TEXT] [--way TEXT]    (those whose names hold the text)
+//   coverage_bench [--seeds 200] [--scene TEXT] [--way TEXT] [--references FOLDER]
+//
+// Those scenes and ways are run whose names hold the text. References are kept in the folder from run to run.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -22,7 +25,7 @@ namespace {
 
 struct Options {
   int seeds = 200;
-  std::string scene, way;
+  std::string scene, way, references;
 };
 
 /// A way to render, as edits of the scene.
@@ -145,20 +148,39 @@ std::vector<Case> cases() {
 
 /// What the pixels should be, each with its standard error.
 struct Truth {
-  std::vector<Moments> pixels;
-  Moments mean;
+  struct Value {
+    double mean = 0, error = 0;
+  };
+  std::vector<Value> pixels;
+  Value mean;
 };
 
-Truth reference_of(const Case& c) {
-  Session session(parse_scene(c.scene, ".", {kByPath, kUniform, samples(c.reference_samples), rays(256)}), 0);
+/// @param folder where references are kept from run to run; empty: nowhere
+Truth reference_of(const Case& c, const std::string& folder) {
   Truth truth;
+  const std::string path = folder + "/" + c.name;
+  if (std::ifstream file(path); !folder.empty() && file >> truth.mean.mean >> truth.mean.error) {
+    for (Truth::Value value; file >> value.mean >> value.error;) truth.pixels.push_back(value);
+    return truth;
+  }
+  Session session(parse_scene(c.scene, ".", {kByPath, kUniform, samples(c.reference_samples), rays(256)}), 0);
+  std::vector<Moments> pixels;
+  Moments mean;
   for (int pass = 0; pass < kReferencePasses; ++pass) {
     const Rendered made = session.render(session.plan().camera, session.plan().sampling, session.plan().method,
                                          static_cast<std::uint64_t>(900001 + pass));
     const auto radiance = made.film.values(0, Film::Value::radiance);
-    truth.pixels.resize(radiance.size());
-    for (std::size_t p = 0; p < radiance.size(); ++p) truth.pixels[p].add(radiance[p]);
-    truth.mean.add(made.film.mean(0).mean);
+    pixels.resize(radiance.size());
+    for (std::size_t p = 0; p < radiance.size(); ++p) pixels[p].add(radiance[p]);
+    mean.add(made.film.mean(0).mean);
+  }
+  const auto value = [](const Moments& m) { return Truth::Value{m.mean(), m.standard_error()}; };
+  truth.mean = value(mean);
+  for (const Moments& pixel : pixels) truth.pixels.push_back(value(pixel));
+  if (!folder.empty()) {
+    std::ofstream file(path);
+    file << fmt::format("{} {}\n", truth.mean.mean, truth.mean.error);
+    for (const Truth::Value& v : truth.pixels) file << fmt::format("{} {}\n", v.mean, v.error);
   }
   return truth;
 }
@@ -173,7 +195,7 @@ class Coverage {
     const auto radiance = film.values(0, Film::Value::radiance), error = film.values(0, Film::Value::error),
                bias = film.values(0, Film::Value::bias);
     for (std::size_t p = 0; p < inside_.size(); ++p) {
-      const double right = truth_.pixels[p].mean(), slack = truth_.pixels[p].standard_error();
+      const double right = truth_.pixels[p].mean, slack = truth_.pixels[p].error;
       const double off = radiance[p] - right, claim = std::hypot(double{error[p]}, double{bias[p]});
       own_[p].add(radiance[p]);
       claimed_ += claim * claim;
@@ -185,8 +207,7 @@ class Coverage {
     double bias_sum = 0;
     for (const float b : bias) bias_sum += b;
     bias_sum /= static_cast<double>(bias.size());
-    const double z =
-        (mean.mean - truth_.mean.mean()) / std::hypot(mean.standard_error, bias_sum, truth_.mean.standard_error());
+    const double z = (mean.mean - truth_.mean.mean) / std::hypot(mean.standard_error, bias_sum, truth_.mean.error);
     if (std::isfinite(z)) mean_z_.add(z);
   }
 
@@ -248,13 +269,14 @@ int main(int argc, char** argv) {
     if (key == "--seeds") options.seeds = std::stoi(value);
     if (key == "--scene") options.scene = value;
     if (key == "--way") options.way = value;
+    if (key == "--references") options.references = value;
   }
   fmt::print(
       "| scene | way | images | pixels inside 95 % | pixels covered below 80 % | claimed over true | image mean, z: "
       "mean, deviation |\n|---|---|---|---|---|---|---|\n");
   for (const Case& c : cases()) {
     if (c.name.find(options.scene) == std::string::npos) continue;
-    const Truth truth = reference_of(c);
+    const Truth truth = reference_of(c, options.references);
     for (const Way& way : c.ways) {
       if (way.name.find(options.way) != std::string::npos) run(c, way, truth, options.seeds);
     }

@@ -21,12 +21,12 @@ using namespace obscura;
 namespace {
 
 /// What a picture is as a function of the place on the image, in pixels: transmission and radiance of one band.
-struct Seen {
+struct Shown {
   double radiance = 1;
   double transmission = 1;
   double noise = 0;  // variance of the radiance, told
 };
-using Picture = std::function<Seen(double px, double py, Stream& stream)>;
+using Picture = std::function<Shown(double px, double py, Stream& stream)>;
 
 /// Orthographic along +y, a pixel a metre: places are told from the rays' origins.
 CameraSettings flat_camera(int columns, int rows) {
@@ -45,11 +45,11 @@ RadianceEstimator estimator_of(const Picture& picture, const CameraSettings& cam
              std::span<Incoming> incoming) {
     for (std::size_t r = 0; r < rays.size(); ++r) {
       Stream stream(seed, histories[r], 99);
-      const Seen seen = picture(rays[r].origin.x + half_x, half_y - rays[r].origin.z, stream);
+      const Shown shown = picture(rays[r].origin.x + half_x, half_y - rays[r].origin.z, stream);
       incoming[r] = {};
-      incoming[r].direct = seen.radiance;
-      incoming[r].transmission = seen.transmission;
-      incoming[r].variance = seen.noise;
+      incoming[r].direct = shown.radiance;
+      incoming[r].transmission = shown.transmission;
+      incoming[r].variance = shown.noise;
     }
     return RadianceCounts{};
   };
@@ -80,7 +80,7 @@ std::uint64_t asked(const Rendered& image, Criterion criterion) {
 }
 
 /// Brighter and opaque inside a circle.
-Seen disc(double px, double py, double cx, double cy, double radius) {
+Shown disc(double px, double py, double cx, double cy, double radius) {
   const bool inside = std::hypot(px - cx, py - cy) < radius;
   return {inside ? 5.0 : 1.0, inside ? 0.0 : 1.0, 0};
 }
@@ -127,7 +127,7 @@ TEST_CASE("parts tile their pixels, touch in succession and are no more than all
 }
 
 TEST_CASE("a smooth picture costs one ray a pixel and those at the corners", "[sensor][refine]") {
-  const auto sloped = [](double x, double y, Stream&) { return Seen{100 + 0.5 * x + y, 0.5, 0}; };
+  const auto sloped = [](double x, double y, Stream&) { return Shown{100 + 0.5 * x + y, 0.5, 0}; };
   const Rendered image = draw(sloped, 33, 18, adaptive(64));
   CHECK(image.rays.base == 33 * 18);
   CHECK(image.rays.deciding == 34 * 19);
@@ -160,27 +160,27 @@ TEST_CASE("what varies is refined by its own criterion, where it does and nowher
     }
     return image;
   };
-  shows([](double x, double, Stream&) { return Seen{1, x < 7.3 ? 0.5 : 0.6, 0}; }, Criterion::transmission);
-  shows([](double x, double, Stream&) { return Seen{x < 7.3 ? 1.0 : 1.1, 1, 0}; }, Criterion::radiance);
+  shows([](double x, double, Stream&) { return Shown{1, x < 7.3 ? 0.5 : 0.6, 0}; }, Criterion::transmission);
+  shows([](double x, double, Stream&) { return Shown{x < 7.3 ? 1.0 : 1.1, 1, 0}; }, Criterion::radiance);
 
   // Below the thresholds, and where nobody asks, there is nothing.
   const auto quiet = [](const Picture& picture, const SamplerSettings& settings) {
     const Rendered image = draw(picture, 16, 16, settings);
     for (const float rays : image.film.ray_count()) CHECK(rays == 1);
   };
-  quiet([](double x, double, Stream&) { return Seen{1, x < 7.3 ? 0.5 : 0.54, 0}; }, adaptive(16));
-  quiet([](double x, double, Stream&) { return Seen{x < 7.3 ? 1.0 : 1.04, 1, 0}; }, adaptive(16));
+  quiet([](double x, double, Stream&) { return Shown{1, x < 7.3 ? 0.5 : 0.54, 0}; }, adaptive(16));
+  quiet([](double x, double, Stream&) { return Shown{x < 7.3 ? 1.0 : 1.04, 1, 0}; }, adaptive(16));
   SamplerSettings off = adaptive(16);
   off.adaptive->transmission = off.adaptive->radiance = std::nullopt;
-  quiet([](double x, double, Stream&) { return Seen{x < 7.3 ? 1.0 : 9.0, x < 7.3 ? 1.0 : 0.0, 0}; }, off);
+  quiet([](double x, double, Stream&) { return Shown{x < 7.3 ? 1.0 : 9.0, x < 7.3 ? 1.0 : 0.0, 0}; }, off);
   // Dark is dark: twice as bright as a thousandth of the picture's bright end is no difference.
   quiet(
       [](double x, double y, Stream&) {
-        return Seen{y > 2.5 && y < 14 ? 1000.0 : x < 7.3 ? 1.0 : 2.0, 1, y > 1.9 && y < 14.1 ? 1e7 : 0.0};
+        return Shown{y > 2.5 && y < 14 ? 1000.0 : x < 7.3 ? 1.0 : 2.0, 1, y > 1.9 && y < 14.1 ? 1e7 : 0.0};
       },
       adaptive(16));
   // Noise that is told is no structure.
-  quiet([](double, double, Stream& s) { return Seen{1 + 0.1 * (s.uniform() - 0.5), 1, 0.2}; }, adaptive(16));
+  quiet([](double, double, Stream& s) { return Shown{1 + 0.1 * (s.uniform() - 0.5), 1, 0.2}; }, adaptive(16));
 }
 
 TEST_CASE("rays that decide are not averaged: the mean of what they see is right", "[sensor][refine]") {
@@ -208,7 +208,7 @@ TEST_CASE("what the corners say of a slope leaves the mean alone", "[sensor][ref
   // A curved picture, with noise that is told and without: corners that stand high on a bend lend a slope, not a value.
   const auto bent = [](double noise) {
     return [noise](double x, double y, Stream& s) {
-      return Seen{100 + 0.3 * x * x - 2 * x * y + noise * (s.uniform() - 0.5), 0.5, noise * noise / 12};
+      return Shown{100 + 0.3 * x * x - 2 * x * y + noise * (s.uniform() - 0.5), 0.5, noise * noise / 12};
     };
   };
   // Its mean over 4 x 3 pixels, of x^2: 16 / 3, of x y: 2 * 1.5.
@@ -260,7 +260,7 @@ TEST_CASE("a polygon far smaller than the pixel comes out at its true mean", "[s
 
 TEST_CASE("rays for the error leave the mean alone and reach the error", "[sensor][refine]") {
   // Light that one ray in fifty finds: few rays that see none of it would stop at once.
-  const Picture rare = [](double, double, Stream& s) { return Seen{s.uniform() < 0.02 ? 50.0 : 0.0, 0.5, 0}; };
+  const Picture rare = [](double, double, Stream& s) { return Shown{s.uniform() < 0.02 ? 50.0 : 0.0, 0.5, 0}; };
   SamplerSettings settings = adaptive(256);
   settings.adaptive->radiance = std::nullopt;
   Moments mean, rays;
@@ -277,7 +277,7 @@ TEST_CASE("rays for the error leave the mean alone and reach the error", "[senso
   CHECK(test::agree(mean.mean(), mean.standard_error(), 1.0, {.resolution = 0.25}));
 
   // Of plain noise the target is met: the true error, and what the film says of it.
-  const Picture plain = [](double, double, Stream& s) { return Seen{10 + 2 * (s.uniform() - 0.5), 0.5, 1.0 / 3}; };
+  const Picture plain = [](double, double, Stream& s) { return Shown{10 + 2 * (s.uniform() - 0.5), 0.5, 1.0 / 3}; };
   settings.adaptive->error = 0.02;
   const Rendered image = draw(plain, 40, 40, settings);
   double square = 0, claimed = 0;
@@ -295,9 +295,9 @@ TEST_CASE("no two rays share their random numbers, those that decide included", 
   const CameraSettings camera =
       flat_camera(16, 14);  // one tile: neighbours trace the corners between them alike, each for itself
   const Picture picture = [](double x, double y, Stream& s) {
-    Seen seen = disc(x, y, 8, 6, 4.4);
-    seen.radiance += s.uniform();
-    return seen;
+    Shown shown = disc(x, y, 8, 6, 4.4);
+    shown.radiance += s.uniform();
+    return shown;
   };
   std::mutex lock;
   std::multiset<std::uint64_t> names;
@@ -318,9 +318,9 @@ TEST_CASE("no two rays share their random numbers, those that decide included", 
 
 TEST_CASE("adaptive pictures have the same bits for any number of threads", "[sensor][refine]") {
   const Picture picture = [](double x, double y, Stream& s) {
-    Seen seen = disc(x, y, 20, 17, 9);
-    seen.radiance += 0.3 * s.uniform();
-    return seen;
+    Shown shown = disc(x, y, 20, 17, 9);
+    shown.radiance += 0.3 * s.uniform();
+    return shown;
   };
   SamplerSettings settings = adaptive(64);
   settings.adaptive->error = 0.02;
