@@ -13,8 +13,8 @@ namespace {
 
 /// Factor that makes up for what rounding in sums of floats may have lost.
 constexpr double kRounding = 1 + 1e-6;
-/// Share that is believed of the brightest radiance that a few noisy rays have seen.
-constexpr double kBelieved = 0.9;
+/// Where a kelvin is counted in radiance.
+constexpr double kCold_K = 250;
 
 }  // namespace
 
@@ -208,9 +208,15 @@ void add_cloud(const CloudLimits& cloud, IntervalLimits& limits) {
   limits.emits = limits.emits || cloud.emits;
 }
 
+/// What a group of the view's rays sees in a band.
+struct GroupSight {
+  double radiance = 0;
+  bool cloudy = false, surface = false;
+};
+
 /// What the view's rays see and cross.
-/// @param seen mean of each group, to be added to
-void look(SpectralWorld world, const CameraView& view, IntervalLimits& limits, std::vector<double>& seen) {
+/// @param seen of each group; radiance to be added to
+void look(SpectralWorld world, const CameraView& view, IntervalLimits& limits, std::vector<GroupSight>& seen) {
   if (view.rays.empty()) return;
   RadianceSettings settings;
   settings.points = 8;
@@ -222,7 +228,10 @@ void look(SpectralWorld world, const CameraView& view, IntervalLimits& limits, s
   seen.resize(view.rays.size() / view.together);
   const auto count = static_cast<double>(view.rays.size());
   for (std::size_t r = 0; r < view.rays.size(); ++r) {
-    seen[r / view.together] += incoming[r].total() / static_cast<double>(view.together);
+    GroupSight& group = seen[r / view.together];
+    group.radiance += incoming[r].total() / static_cast<double>(view.together);
+    group.cloudy = group.cloudy || incoming[r].transmission < 1;
+    group.surface = group.surface || incoming[r].distance < kInfinity;
     limits.lost += (1 - incoming[r].transmission) / count;
     limits.surfaces_hit += (incoming[r].distance < kInfinity) / count;
     Ray ray = view.rays[r];
@@ -266,7 +275,7 @@ MediaSummary summarize(const World& world, const CameraView& view) {
     for (int i = 0; i < world.interval_count(); ++i)
       entry.intervals.push_back(limits_of({world, i}, c, layers, kelvin));
   }
-  std::vector<std::vector<double>> seen(world.bands().size());
+  std::vector<std::vector<GroupSight>> seen(world.bands().size());
   summary.bands.resize(world.bands().size());
   const bool sealed = detail::no_dark_backs(world, view);
   for (int i = 0; i < world.interval_count(); ++i) {
@@ -283,7 +292,19 @@ MediaSummary summarize(const World& world, const CameraView& view) {
     summary.intervals.push_back(limits);
   }
   for (std::size_t b = 0; b < seen.size(); ++b) {
-    if (!seen[b].empty()) summary.bands[b].brightest = kBelieved * *std::max_element(seen[b].begin(), seen[b].end());
+    BandScale& scale = summary.bands[b];
+    const Band& band = world.bands()[b];
+    if (!band.grey()) scale.per_kelvin = band.planck_derivative(kCold_K);
+    double cloudy = kInfinity, on_surfaces = kInfinity, all = kInfinity;
+    for (const GroupSight& group : seen[b]) {
+      all = std::min(all, group.radiance);
+      if (group.cloudy) cloudy = std::min(cloudy, group.radiance);
+      if (group.surface) on_surfaces = std::min(on_surfaces, group.radiance);
+    }
+    const auto known = [](double least) { return least < kInfinity ? std::max(0.0, least) : 0.0; };
+    scale.least_cloudy = known(cloudy);
+    scale.least_on_surfaces = known(on_surfaces);
+    scale.least = known(all);
   }
   summary.reach_m = detail::reach(world, view);
   for (const Sun& sun : world.suns()) {

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "octree/base/error_scale.h"
 #include "photon/methods/method.h"
 #include "photon/world/world.h"
 
@@ -87,11 +86,11 @@ struct IntervalLimits {
 /// What the picture of a band shows, W/m2/sr.
 struct BandScale {
   double floor = 0;  ///< no radiance anywhere is less
-  /// Largest mean of a group of the view's rays, by emission and direct light alone: an estimate from below.
-  double brightest = 0;
-  /// The least that an image error is relative to (sensor/METHODS.md, "Comparing images"): max(|L|, 0.05 max L) is no
-  /// less anywhere.
-  double least() const noexcept { return error_scale(floor, brightest); }
+  /// Derivative of a black body's radiance at 250 K, W/m2/sr/K; 0 in a grey band.
+  double per_kelvin = 0;
+  /// Least mean of a group of the view's rays, by emission and direct light alone: of groups that clouds dim, of groups
+  /// that meet surfaces, of all. Estimates; 0 where there are none such.
+  double least_cloudy = 0, least_on_surfaces = 0, least = 0;
 };
 
 struct MediaSummary {

@@ -33,7 +33,7 @@ std::vector<SceneEdit> edits_of(const PlanArguments& a, std::vector<Problem>& pr
       problems.insert(problems.end(), error.problems().begin(), error.problems().end());
     }
   };
-  number("--target-error", "/render/target_error", a.target_error, parse_fraction);
+  if (!a.target_error.empty()) edits.push_back({"/render/target_error", a.target_error, "--target-error"});
   number("--time", "/time_s", a.time, parse_seconds);
   if (!a.method.empty()) edits.push_back({"/render/method", a.method, "--method"});
   const std::vector<SceneEdit> forced = effect_edits(a.effects, problems);
@@ -94,7 +94,8 @@ Command add_plan(CLI::App& program) {
   app->add_flag("--json", a->json, "{\"plan\": [...]} in place of the table");
   app->add_flag("--quiet", a->quiet, "No progress; warnings and errors stay");
   const char* const edits = "In place of the scene's";
-  app->add_option("--target-error", a->target_error, "Image error that is allowed: 0.03 or 3%; default 0.1%")
+  app->add_option("--target-error", a->target_error,
+                  "Error that is allowed: 0.03, 3%, or of temperature 20mK; default 0.1%")
       ->type_name("E")
       ->group(edits);
   app->add_option("--time", a->time, "The picture's time: seconds, or 30s, 5min")->type_name("S")->group(edits);

@@ -46,7 +46,7 @@ std::vector<SceneEdit> edits_of(const RenderArguments& a, const CLI::App& app, s
   add("--photons", "/render/photons", a.photons);
   add("--samples", "/render/samples", a.samples);
   add("--time", "/time_s", number("--time", a.time, parse_seconds));
-  add("--target-error", "/render/target_error", number("--target-error", a.target_error, parse_fraction));
+  add("--target-error", "/render/target_error", a.target_error);
   add("--time-limit", "/render/time_limit_s", number("--time-limit", a.time_limit, parse_seconds));
   add("--seed", "/render/seed", a.seed);
   add("--memory", "/render/memory_MiB", a.memory);
@@ -187,7 +187,10 @@ Command add_render(CLI::App& program) {
       ->check(CLI::Range(1, 4096))
       ->group(limits);
   const char* const goals = "Goals; photons and samples, and the method where none is given, are chosen";
-  app->add_option("--target-error", a->target_error, "Image error to reach: 0.03 or 3%")->type_name("E")->group(goals);
+  app->add_option("--target-error", a->target_error,
+                  "Error to reach: of the image, 0.03 or 3%; or of temperature, 20mK or 0.1K")
+      ->type_name("E")
+      ->group(goals);
   app->add_option("--time-limit", a->time_limit, "The most accurate image for this time: seconds, or 30s, 5min")
       ->type_name("S")
       ->group(goals);

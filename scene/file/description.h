@@ -17,6 +17,7 @@
 #include "photon/optics/phase.h"
 #include "photon/optics/spectrum.h"
 #include "sensor/capture/camera.h"
+#include "sensor/judge/image_error.h"
 #include "sensor/picture/detector.h"
 
 namespace obscura {
@@ -208,7 +209,8 @@ struct RenderDescription {
   std::optional<int> final_gather;  ///< none: the plan decides
   int samples = 64;
   double octree_tolerance = 1e-3;
-  std::optional<double> target_error;  ///< image error to reach, a fraction
+  std::optional<ErrorTarget> target_error;
+  double floor = 0;                    ///< of grey bands: radiance below which nothing matters
   std::optional<double> time_limit_s;  ///< for the whole run
   std::uint64_t seed = 1;
   /// Effects that are on or off whatever the plan would decide, by name.

@@ -195,7 +195,7 @@ void check_clouds(Findings& findings, Description& scene) {
     }
     if (cloud.temperature || cloud.given_radiance || !(cloud.emission == Spectrum::constant(0))) continue;
     for (const BandDescription& band : scene.bands) {
-      if (band.um && (*band.um)[1] > 2.5) {
+      if (band.um && (*band.um)[1] > kThermal_um) {
         findings.warn(
             fmt::format("cloud \"{}\" has no temperature: it does not emit in band \"{}\"", cloud.name, band.name));
       }
@@ -308,6 +308,15 @@ void check_detector(Findings& findings, const Description& scene) {
 
 }  // namespace
 
+void check_target(Findings& findings, const Description& scene) {
+  const std::optional<ErrorTarget>& target = scene.render.target_error;
+  if (!target || target->unit != ErrorUnit::kelvin) return;
+  const auto thermal = [](const BandDescription& band) { return band.um && (*band.um)[1] > kThermal_um; };
+  if (std::ranges::any_of(scene.bands, thermal) || findings.bad("/bands")) return;
+  findings.problem("/render/target_error", "no band has temperatures: none goes above 2.5 um",
+                   "give the error as a fraction, such as 0.03");
+}
+
 void check_description(Findings& findings, Description& scene) {
   check_bands(findings, scene.bands);
   check_clouds(findings, scene);
@@ -318,6 +327,7 @@ void check_description(Findings& findings, Description& scene) {
   check_grey(findings, scene);
   check_sensor(findings, scene.sensor);
   check_detector(findings, scene);
+  check_target(findings, scene);
   if (scene.sun) check_direction(findings, "/environment/sun/toward", scene.sun->toward);
   if (scene.moon) check_direction(findings, "/environment/moon/toward", scene.moon->toward);
   for (std::size_t i = 0; i < scene.flux.size(); ++i) {

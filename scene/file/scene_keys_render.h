@@ -18,7 +18,9 @@ void keys(V& v, RenderDescription& r) {
   v.optional("final_gather", r.final_gather, between(0, 1), "bounces of final gather; null: the plan decides");
   v.optional("samples", r.samples, between(1, 1e9), "paths per pixel of final gather and method path");
   v.optional("octree_tolerance", r.octree_tolerance, from_below(0, 1), "error of a ray's transmission");
-  v.optional("target_error", r.target_error, inside(0, 1), "image error to reach; photons and samples are then chosen");
+  v.optional("target_error", r.target_error, any(),
+             "error to reach: a fraction, \"3%\" or \"20mK\"; photons and samples are then chosen");
+  v.optional("floor", r.floor, at_least(0), "grey bands: radiance below which nothing matters");
   v.optional("time_limit_s", r.time_limit_s, above(0), "for the whole run; photons and samples are then chosen");
   v.later("memory_MiB", nullptr, "memory to stay below");
   v.optional("seed", r.seed, at_least(0), "seed of all random numbers");

@@ -95,6 +95,9 @@ Json schema_of(const Limits& limits) {
     return {{"type", "string"}, {"minLength", 1}};
   } else if constexpr (std::is_same_v<T, Spectrum>) {
     return spectral_schema<T>(limits);
+  } else if constexpr (std::is_same_v<T, ErrorTarget>) {
+    Json text = {{"type", "string"}, {"pattern", "^[0-9.eE+-]+ *(%|K|mK)?$"}};
+    return {{"anyOf", Json::array({number_schema("number", inside(0, 1)), std::move(text)})}};
   } else if constexpr (std::is_same_v<T, Vec3d>) {
     return list_schema(number_schema("number", limits), 3, 3);
   } else if constexpr (std::is_same_v<T, std::array<double, 2>>) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 
 #include "scene/file/scene_reader.h"
@@ -281,6 +282,35 @@ bool read_value(Findings& findings, const Json& json, const std::string& pointer
   if (!good) return false;
   spectrum = Spectrum::table(std::move(wavelengths), std::move(values));
   if (!spectrum.is_constant()) findings.spectral_tables.push_back(pointer);
+  return true;
+}
+
+bool read_value(Findings& findings, const Json& json, const std::string& pointer, ErrorTarget& target, const Limits&) {
+  constexpr const char* kHint =
+      "give a fraction such as 0.03, or in quotes a per cent or kelvin: \"3%\", \"20mK\", \"0.1K\"";
+  ErrorTarget read;
+  if (json.is_number()) {
+    read.value = json.get<double>();
+  } else if (json.is_string()) {
+    const std::string text = json.get<std::string>();
+    const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), read.value);
+    std::string_view unit(rest, static_cast<std::size_t>(text.data() + text.size() - rest));
+    unit.remove_prefix(std::min(unit.find_first_not_of(' '), unit.size()));
+    if (unit == "K" || unit == "mK") read.unit = ErrorUnit::kelvin;
+    if (error != std::errc() || !(unit.empty() || unit == "%" || unit == "K" || unit == "mK")) {
+      findings.problem(pointer, fmt::format("\"{}\" is not an error", text), kHint);
+      return false;
+    }
+    read.value *= unit == "%" ? 0.01 : unit == "mK" ? 1e-3 : 1;
+  } else {
+    return refuse_type(findings, json, pointer, "an error", kHint);
+  }
+  if (!(read.value > 0) || !std::isfinite(read.value) || (read.unit == ErrorUnit::fraction && read.value >= 1)) {
+    findings.problem(pointer, fmt::format("{} is out of range", json.dump()),
+                     "give an error above 0, as a fraction below 1");
+    return false;
+  }
+  target = read;
   return true;
 }
 

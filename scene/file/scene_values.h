@@ -28,6 +28,8 @@ bool read_value(Findings&, const Json&, const std::string& pointer, std::vector<
 bool read_value(Findings&, const Json&, const std::string& pointer, std::array<double, 2>&, const Limits&);
 bool read_value(Findings&, const Json&, const std::string& pointer, std::array<int, 2>&, const Limits&);
 bool read_value(Findings&, const Json&, const std::string& pointer, Spectrum&, const Limits&);
+/// A number is a fraction; a text one too ("3%"), or a temperature ("20mK").
+bool read_value(Findings&, const Json&, const std::string& pointer, ErrorTarget&, const Limits&);
 
 /// A whole number, exact up to 2^64 - 1; 1e6 and 64.0 are whole too.
 bool read_integer(Findings&, const Json&, const std::string& pointer, const Limits&, std::uint64_t most,

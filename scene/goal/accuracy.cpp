@@ -11,6 +11,8 @@ namespace {
 
 /// Of a normal law, two-sided 95 %.
 constexpr double kNinetyFive = 1.96;
+/// Pixels' errors may be stated too large by this, never mind their scatter (sensor/MEASURED.md, "Coverage").
+constexpr double kOverstated = 1.15;
 /// A pass may take so much longer than the longest before it.
 constexpr double kSlowPass = 1.1;
 /// Above this share of the target a bias leaves noise too little room.
@@ -23,15 +25,19 @@ struct Known {
   double noise = 0, bias = 0;  // squares
   double error = 0, low = 0, high = 0;
   double least_bias = 0;  // square, lower end of its interval
+  double dropped = 0;
 };
 
-Known known_of(const Film& film, const std::vector<std::vector<std::vector<double>>>& bias, double dropped) {
+Known known_of(Session& session, const AccuracyGoal& goal, const Film& film,
+               const std::vector<std::vector<std::vector<double>>>& bias) {
   Known worst;
   for (int band = 0; band < film.bands(); ++band) {
     Known known;
-    const FilmError error = film_error(film, band);
-    known.noise = error.square;
-    const double doubt = error.freedom > 0 ? kNinetyFive * std::sqrt(2 / error.freedom) : 0.0;
+    const std::optional<FilmError> error = error_in_unit(session, goal, film, band);
+    if (!error) continue;
+    known.noise = error->square;
+    known.dropped = goal.dropped * error->whole;
+    const double doubt = error->freedom > 0 ? kNinetyFive * std::sqrt(2 / error->freedom) : 0.0;
     double bias_doubt = 0;
     const auto& estimates = bias[static_cast<std::size_t>(band)];
     if (estimates.size() > 1) {
@@ -40,9 +46,9 @@ Known known_of(const Film& film, const std::vector<std::vector<std::vector<doubl
       bias_doubt = kNinetyFive * square.standard_error;
     }
     known.least_bias = std::max(0.0, known.bias - bias_doubt);
-    known.error = dropped + std::sqrt(known.noise + known.bias);
-    known.low = std::sqrt(known.noise * std::max(0.0, 1 - doubt) + known.least_bias);
-    known.high = dropped + std::sqrt(known.noise * (1 + doubt) + known.bias + bias_doubt);
+    known.error = known.dropped + std::sqrt(known.noise + known.bias);
+    known.low = std::sqrt(known.noise * std::max(0.0, 1 - doubt) + known.least_bias) / kOverstated;
+    known.high = known.dropped + std::sqrt(known.noise * (1 + doubt) + known.bias + bias_doubt);
     if (known.high >= worst.high) worst = known;
   }
   return worst;
@@ -76,7 +82,8 @@ class Passes {
     longest_s = std::max(longest_s, end - start);
     if (method.type->photons && !pass.film.partial()) {
       for (int band = 0; band < pass.film.bands(); ++band)
-        bias_[static_cast<std::size_t>(band)].push_back(film_error(pass.film, band).bias);
+        if (auto error = error_in_unit(session_, accuracy_.goal, pass.film, band))
+          bias_[static_cast<std::size_t>(band)].push_back(std::move(error->bias));
     }
     if (image) {
       image->merge(pass);
@@ -84,7 +91,7 @@ class Passes {
       image = std::move(pass);
     }
     ++accuracy_.passes;
-    known = known_of(image->film, bias_, accuracy_.goal.dropped);
+    known = known_of(session_, accuracy_.goal, image->film, bias_);
   }
 
   std::optional<Rendered> image;
@@ -117,6 +124,13 @@ std::optional<Recipe> less_biased(const Recipe& recipe, bool method_named, const
 
 }  // namespace
 
+std::optional<FilmError> error_in_unit(Session& session, const AccuracyGoal& goal, const Film& film, int band) {
+  if (!goal.target_error || goal.target_error->unit == ErrorUnit::fraction) return film_error(film, band);
+  const Band& spectral = session.world().bands()[static_cast<std::size_t>(band)];
+  if (spectral.grey() || spectral.um_max() <= kThermal_um) return std::nullopt;
+  return film_error_K(film, band, spectral);
+}
+
 AccurateImage render_to_goal(Session& session, const AccuracyGoal& goal, const RunClock& clock,
                              const Progress& progress) {
   const Description& scene = session.scene();
@@ -135,14 +149,14 @@ AccurateImage render_to_goal(Session& session, const AccuracyGoal& goal, const R
     passes.add(progress.part("pass " + std::to_string(accuracy.passes + 1), static_cast<std::uint64_t>(accuracy.passes),
                              foreseen));
     const Known& known = passes.known;
-    const double target = goal.target_error.value_or(0);
+    const double target = goal.target_error ? goal.target_error->value : 0.0;
     if (progress.cancelled()) {
       accuracy.ended = "cancelled";
     } else if (accuracy.passes >= least_passes(accuracy.recipe.method) && known.high <= target) {
       accuracy.ended = "target";
     } else if (goal.time_limit_s && clock() + kSlowPass * passes.longest_s > *goal.time_limit_s) {
       accuracy.ended = "time";
-    } else if (target > 0 && std::sqrt(known.least_bias) + goal.dropped > kMostBias * target) {
+    } else if (target > 0 && std::sqrt(known.least_bias) + known.dropped > kMostBias * target) {
       if (const auto other = less_biased(accuracy.recipe, !scene.render.method.empty(), pilot)) {
         passes.begin(*other);
       } else {
@@ -155,6 +169,7 @@ AccurateImage render_to_goal(Session& session, const AccuracyGoal& goal, const R
   accuracy.high = passes.known.high;
   accuracy.noise = std::sqrt(passes.known.noise);
   accuracy.bias = std::sqrt(passes.known.bias);
+  accuracy.dropped = passes.known.dropped;
   result.rendered = std::move(*passes.image);
   result.light = std::move(passes.light);
   result.method = accuracy.recipe.method;

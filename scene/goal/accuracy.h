@@ -9,6 +9,7 @@
 
 #include "scene/goal/recipe.h"
 #include "scene/session/session.h"
+#include "sensor/judge/image_error.h"
 
 namespace obscura {
 
@@ -17,9 +18,9 @@ using RunClock = std::function<double()>;
 
 /// What a run may do until it ends. At least one is given.
 struct AccuracyGoal {
-  std::optional<double> target_error;     ///< image error, a fraction
+  std::optional<ErrorTarget> target_error;
   std::optional<double> time_limit_s;     ///< since the run began
-  double dropped = 0;                     ///< of the image error, by what the plan has left out
+  double dropped = 0;                     ///< share of its radiance that a pixel may lack by what the plan has left out
   std::uint64_t most_photons = 20000000;  ///< of a pass, per band; fewer where their maps would exceed 2 GiB
 };
 
@@ -34,17 +35,17 @@ struct PilotTrial {
 /// What was reached, and how.
 struct Accuracy {
   AccuracyGoal goal;
-  double error = 0;            ///< estimated image error: noise, bias and what was dropped
-  double low = 0, high = 0;    ///< its 95 % interval
-  double noise = 0, bias = 0;  ///< parts of it
-  Recipe recipe;               ///< of each pass
+  double error = 0;          ///< estimated error of the image, in the goal's unit: noise, bias and what was dropped
+  double low = 0, high = 0;  ///< its 95 % interval
+  double noise = 0, bias = 0, dropped = 0;  ///< parts of it
+  Recipe recipe;                            ///< of each pass
   int passes = 0;
   std::vector<PilotTrial> trials;
   double pilot_s = 0, photons_s = 0, image_s = 0;
   /// Why it ended: "target", "time", "bias" (of the method, above the target) or "cancelled".
   std::string ended;
 
-  bool reached() const noexcept { return goal.target_error && high <= *goal.target_error; }
+  bool reached() const noexcept { return goal.target_error && high <= goal.target_error->value; }
 };
 
 struct AccurateImage {
@@ -54,6 +55,9 @@ struct AccurateImage {
   Light light;             ///< what all photons together did, without maps; empty: none were traced
   Accuracy accuracy;       ///< `ended` is empty where there was no goal
 };
+
+/// What the film knows of the image's error in a band, in the goal's unit; none: the unit has no meaning there.
+std::optional<FilmError> error_in_unit(Session& session, const AccuracyGoal& goal, const Film& film, int band);
 
 /// Which way is taken depends on the machine's speed; what each pass gives does not.
 /// @throws as Session::render(), where every way is refused

@@ -104,7 +104,7 @@ class Trials {
   double time_left() const {
     return goal_.time_limit_s ? *goal_.time_limit_s - clock_() : std::numeric_limits<double>::infinity();
   }
-  double target() const { return goal_.target_error ? *goal_.target_error - goal_.dropped : 0.0; }
+  double target() const { return goal_.target_error ? goal_.target_error->value - goal_.dropped * whole_error_ : 0.0; }
 
   [[noreturn]] void refuse() const {
     if (refusal_) throw *refusal_;
@@ -145,9 +145,11 @@ class Trials {
     const Film film = session_.render(plan.camera, sampling, recipe.method, seed_, part).film;
     Measurement result{lit - begin, (clock_() - lit) * whole_, 0, {}};
     for (int band = 0; band < film.bands(); ++band) {
-      FilmError error = film_error(film, band);
-      result.square = std::max(result.square, error.square);
-      result.bias.push_back(std::move(error.bias));
+      std::optional<FilmError> error = error_in_unit(session_, goal_, film, band);
+      if (!error) continue;
+      result.square = std::max(result.square, error->square);
+      result.bias.push_back(std::move(error->bias));
+      whole_error_ = std::max(whole_error_, error->whole);
     }
     return result;
   }
@@ -296,7 +298,8 @@ class Trials {
   double begin_;
   double first_s_ = 0;  // of the latest first trial
   std::vector<int> tiles_;
-  double whole_ = 1;  // pixels of the picture for each of a trial
+  double whole_ = 1;        // pixels of the picture for each of a trial
+  double whole_error_ = 0;  // largest FilmError::whole of any trial
   std::uint64_t seed_ = std::uint64_t{1} << 40;
   Pilot best_;
   Score best_score_;

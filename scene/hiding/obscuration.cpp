@@ -193,9 +193,9 @@ Obscuration find_obscuration(const Description& scene, const ObscurationWish& wi
         tally.add(sights[side].back().counts);
       }
       if (replica == 0 && wish.pictures && !progress.cancelled()) {
-        const Film film = session.render(camera, session.plan().sampling, method, seed, part).film;
+        const Rendered made = session.render(camera, session.plan().sampling, method, seed, part);
         (side == 0 ? result.with : result.without) =
-            develop(film, session.world().bands(), origin_of(session, method, seed, result.time_s));
+            develop(made.film, session.world().bands(), origin_of(session, method, made.counts, seed, result.time_s));
       }
     }
     if (progress.cancelled()) break;

@@ -95,9 +95,8 @@ std::string pictures(const Obscuration& obscuration, const std::string& band, bo
   PreviewSettings settings;
   settings.marks = cut(std::span<const std::uint8_t>(marks), with.columns(), box);
   settings.magnify = std::clamp(static_cast<int>(std::lround(480.0 / std::max(box[2], box[3]))), 1, 16);
-  // Below 2.5 um no ordinary thing glows: its kelvin are for nobody's eyes.
   const bool thermal = !grey && with.has(band + ".temperature") &&
-                       std::get<double>(with.metadata.at("obscura:band." + band + ".um_max")) > 2.5;
+                       std::get<double>(with.metadata.at("obscura:band." + band + ".um_max")) > kThermal_um;
   std::string shown = band;
   shown += thermal ? ".temperature" : ".radiance";
   share_scale(obscuration, shown, box, settings);

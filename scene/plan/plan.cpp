@@ -156,6 +156,7 @@ Plan make_plan(const Description& scene, const MediaSummary& summary, double bud
   plan.effects = std::move(effects.rows);
   plan.cuts = std::move(effects.cuts);
   plan.budget = effects.budget;
+  plan.left_out = std::move(effects.left_out);
   plan.warnings = std::move(effects.warnings);
   plan.camera = scene.sensor;
   plan.sampling.max_oversampling = scene.sensor.max_oversampling;

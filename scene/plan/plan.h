@@ -9,6 +9,7 @@
 #include "scene/world/reduce.h"
 #include "sensor/capture/camera.h"
 #include "sensor/capture/sampler.h"
+#include "sensor/picture/image.h"
 
 namespace obscura {
 
@@ -30,6 +31,7 @@ struct Plan {
   EstimatorSettings estimator;             ///< what is left of the light's effects
   Cuts cuts;                               ///< what the World does not hold
   BudgetReport budget;
+  std::vector<std::vector<LeftOut>> left_out;  ///< of each band: what is off because of a bound
   MethodChoice choice;
   std::vector<std::string> warnings;
 };

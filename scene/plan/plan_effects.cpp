@@ -27,7 +27,12 @@ enum Effect {
   masking
 };
 
-/// A radiance as an image error; 0 stays 0, even where the picture is black.
+/// What is believed of the darkest radiance that a few of the picture's pixels have shown: others are darker.
+constexpr double kBelieved = 0.5;
+/// A difference of temperature that no one sees.
+constexpr double kUnseen_K = 0.01;
+
+/// A radiance over that of a pixel; 0 stays 0, even where the picture is black.
 double over(double radiance, double scale) { return radiance > 0 ? (scale > 0 ? radiance / scale : kInfinity) : 0.0; }
 
 std::string list_of(const std::vector<std::string>& names) {
@@ -54,8 +59,12 @@ class Decider {
     force();
     drop();
     make_cuts();
+    result_.left_out.resize(left_out_.size());
     for (const PlanRow& row : result_.rows) {
-      if (!row.on && !forced(row.effect)) result_.budget.dropped += row.bound.value_or(0);
+      if (row.on || forced(row.effect) || !(row.bound.value_or(0) > 0)) continue;
+      result_.budget.dropped += *row.bound;
+      const auto effect = static_cast<std::size_t>(&row - result_.rows.data());
+      for (std::size_t b = 0; b < left_out_.size(); ++b) result_.left_out[b].push_back(left_out_[b][effect]);
     }
     result_.budget.sampled = result_.budget.total - result_.budget.dropped;
     return std::move(result_);
@@ -106,21 +115,50 @@ class Decider {
           std::find(summary_.disc_in_view.begin(), summary_.disc_in_view.end(), true) != summary_.disc_in_view.end();
       sums[static_cast<std::size_t>(limits.band)] += effect_bounds(limits, summary_.reach_m, disc);
     }
+    left_out_.resize(sums.size());
     for (std::size_t b = 0; b < sums.size(); ++b) {
-      const double scale = summary_.bands[b].least();
-      const auto raise = [&](Effect effect, double bound) {
+      const auto raise = [&](Effect effect, double radiance, double share = 0) {
+        LeftOut& left = left_out_[b][static_cast<std::size_t>(effect)];
+        left = where_of(effect);
+        left.radiance = radiance;
+        left.share = share;
         double& largest = bounds_[static_cast<std::size_t>(effect)];
-        largest = std::max(largest, bound);
+        largest = std::max(largest, share + over(radiance, darkest(b, left)));
       };
-      raise(emission, over(sums[b].emission, scale));
-      raise(single_scattering, over(sums[b].single_scattering, scale));
-      raise(multiple_scattering, over(sums[b].multiple_scattering, scale));
-      raise(sun, over(sums[b].sun, scale));
-      raise(sky, over(sums[b].sky, scale));
-      raise(specular, over(sums[b].specular, scale));
-      raise(atmosphere, std::max(sums[b].air_share + over(sums[b].air_lost, scale), over(sums[b].air_gained, scale)));
+      raise(emission, sums[b].emission);
+      raise(single_scattering, sums[b].single_scattering);
+      raise(multiple_scattering, sums[b].multiple_scattering);
+      raise(sun, sums[b].sun);
+      raise(sky, sums[b].sky);
+      raise(specular, sums[b].specular);
+      raise(atmosphere, std::max(sums[b].air_lost, sums[b].air_gained), sums[b].air_share);
     }
   }
+
+  /// The pixels that an effect touches. What clouds do reaches others only by surfaces that reflect.
+  LeftOut where_of(Effect effect) const {
+    LeftOut where;
+    const bool reflects = any_interval([](const IntervalLimits& limits) { return limits.reflectance_max > 0; });
+    const bool scatters = any_interval([](const IntervalLimits& limits) { return limits.scattering_depth > 0; });
+    const bool disc_in_view = std::ranges::find(summary_.disc_in_view, true) != summary_.disc_in_view.end();
+    const bool clouds = any_interval([](const IntervalLimits& limits) { return limits.depth > 0; });
+    where.clouds = clouds && (effect != specular || scatters);
+    where.surfaces = !scene_.objects.empty() && (effect == atmosphere || effect == specular || reflects);
+    where.sky = effect == sky || (effect == sun && disc_in_view);
+    return where;
+  }
+
+  /// The least radiance that a pixel there may be taken to have.
+  double darkest(std::size_t b, const LeftOut& where) const {
+    const BandScale& band = summary_.bands[b];
+    const double nedt_K = scene_.sensor.detector.of_band(scene_.bands[b].name).nedt_K;
+    const double unseen = scene_.bands[b].grey() ? scene_.render.floor : std::max(kUnseen_K, nedt_K) * band.per_kelvin;
+    double seen = where.sky ? band.least : kInfinity;
+    if (where.clouds) seen = std::min(seen, band.least_cloudy);
+    if (where.surfaces) seen = std::min(seen, band.least_on_surfaces);
+    return std::max({band.floor, unseen, kBelieved * seen});
+  }
+
   double& bound_of(Effect effect) { return bounds_[static_cast<std::size_t>(effect)]; }
 
   void say(Effect effect, bool on, std::string reason) {
@@ -321,7 +359,7 @@ class Decider {
       row(effect).on = false;
       row(effect).bound = bound;
       row(effect).reason =
-          bound > 0 ? fmt::format("{}: at most {:.2g} of the image", too_little(effect), bound) : too_little(effect);
+          bound > 0 ? fmt::format("{}: at most {:.2g} of any pixel", too_little(effect), bound) : too_little(effect);
     }
     if (!row(single_scattering).on && row(multiple_scattering).on && forced(multiple_scattering) != true) {
       say(multiple_scattering, false, "single scattering is off");
@@ -375,7 +413,8 @@ class Decider {
   std::vector<bool> kept_;
   std::vector<IntervalLimits> limits_;
   std::array<double, 12> bounds_{};
-  std::vector<Effect> taken_;  // by force
+  std::vector<std::array<LeftOut, 12>> left_out_;  // of each band
+  std::vector<Effect> taken_;                      // by force
   Decisions result_;
 };
 

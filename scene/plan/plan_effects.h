@@ -4,6 +4,7 @@
 #include "photon/limits/media_summary.h"
 #include "scene/plan/plan_row.h"
 #include "scene/world/reduce.h"
+#include "sensor/picture/image.h"
 
 namespace obscura::detail {
 
@@ -11,12 +12,14 @@ struct Decisions {
   std::vector<PlanRow> rows;  ///< one for each of effect_names(), in their order
   Cuts cuts;
   BudgetReport budget;
-  std::vector<std::string> warnings;  ///< of effects that the user has forced
+  std::vector<std::vector<LeftOut>> left_out;  ///< of each band: what is off because of a bound
+  std::vector<std::string> warnings;           ///< of effects that the user has forced
 
   bool on(const std::string& effect) const;
 };
 
-/// All that is dropped on bounds may change the image by a tenth of the budget together: smallest bounds first.
+/// All that is dropped on bounds may change any pixel by a tenth of the budget together: smallest bounds first. A pixel
+/// is judged by its own radiance, or by one below which nothing matters (scene/METHODS.md, "Plan").
 /// @param scene as it was written, with all its intervals
 Decisions decide(const Description& scene, const MediaSummary& summary, double budget);
 

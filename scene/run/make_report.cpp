@@ -23,13 +23,15 @@ std::string percent(double fraction) { return fmt::format("{:.3g} %", 100 * frac
 
 void add_accuracy(const Accuracy& made, Report& report) {
   AccuracyReport& to = report.accuracy.emplace();
-  to.target_error = made.goal.target_error;
+  const bool kelvin = made.goal.target_error && made.goal.target_error->unit == ErrorUnit::kelvin;
+  if (made.goal.target_error) to.target_error = made.goal.target_error->value;
+  to.unit = kelvin ? "K" : "fraction";
   to.time_limit_s = made.goal.time_limit_s;
   to.error = made.error;
   to.interval = {made.low, made.high};
   to.noise = made.noise;
   to.bias = made.bias;
-  to.dropped = made.goal.dropped;
+  to.dropped = made.dropped;
   to.reached = made.reached();
   to.ended = made.ended;
   to.method = made.recipe.method.type->name;
@@ -39,11 +41,11 @@ void add_accuracy(const Accuracy& made, Report& report) {
   for (const PilotTrial& trial : made.trials)
     to.trials.push_back({trial.recipe.text(), trial.seconds, trial.predicted_s, trial.predicted_error});
   if (!made.goal.target_error || to.reached) return;
-  std::string warning = "target_error " + percent(*made.goal.target_error);
-  warning += " was not reached: the image error is " + percent(made.error) + " (95 %: " + percent(made.low) + " to " +
-             percent(made.high) + "); ";
-  if (made.ended == "bias")
-    warning += "the bias of method " + to.method + ", " + percent(made.bias) + ", does not let it";
+  const auto told = [&](double error) { return kelvin ? fmt::format("{:.3g} K", error) : percent(error); };
+  std::string warning = "target_error " + told(*to.target_error);
+  warning += (kelvin ? " was not reached: 95 % of the pixels are within " : " was not reached: the image error is ") +
+             told(made.error) + " (95 %: " + told(made.low) + " to " + told(made.high) + "); ";
+  if (made.ended == "bias") warning += "the bias of method " + to.method + ", " + told(made.bias) + ", does not let it";
   if (made.ended == "time") warning += "time_limit_s came first";
   if (made.ended == "cancelled") warning += "the run was stopped";
   report.warnings.push_back(std::move(warning));

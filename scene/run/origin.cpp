@@ -2,7 +2,8 @@
 
 namespace obscura {
 
-ImageOrigin origin_of(Session& session, const Method& method, std::uint64_t seed, double time_s) {
+ImageOrigin origin_of(Session& session, const Method& method, const RadianceCounts& counts, std::uint64_t seed,
+                      double time_s) {
   const Plan& plan = session.plan();
   ImageOrigin origin;
   origin.camera = plan.camera;
@@ -15,6 +16,14 @@ ImageOrigin origin_of(Session& session, const Method& method, std::uint64_t seed
   origin.has_criterion = plan.sampling.adaptive.has_value();
   origin.has_atmosphere = session.has_atmosphere();
   origin.dropped_bound = plan.budget.dropped;
+  origin.left_out = plan.left_out;
+  if (counts.footprint.error_bound > 0) {
+    // Of coarse cells in the clouds that rays took whole: a share of the brightest source.
+    for (const IntervalLimits& limits : session.summary().intervals) {
+      const double bound = counts.footprint.error_bound * limits.source_max;
+      origin.left_out[static_cast<std::size_t>(limits.band)].push_back({.radiance = bound, .clouds = true});
+    }
+  }
   return origin;
 }
 

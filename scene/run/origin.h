@@ -6,7 +6,8 @@
 
 namespace obscura {
 
-/// @param method that made it, with the plan's camera
-ImageOrigin origin_of(Session& session, const Method& method, std::uint64_t seed, double time_s);
+/// @param method that made it, with the plan's camera; counts of what its rays did
+ImageOrigin origin_of(Session& session, const Method& method, const RadianceCounts& counts, std::uint64_t seed,
+                      double time_s);
 
 }  // namespace obscura

@@ -47,6 +47,7 @@ Json accuracy_of(const AccuracyReport& a) {
   }
   return {{"target_error", optional_number(a.target_error)},
           {"time_limit_s", optional_number(a.time_limit_s)},
+          {"unit", a.unit},
           {"error", number(a.error)},
           {"interval_95", {number(a.interval[0]), number(a.interval[1])}},
           {"noise", number(a.noise)},

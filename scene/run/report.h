@@ -85,7 +85,8 @@ struct TrialReport {
 /// Of an image with a target error or a time limit.
 struct AccuracyReport {
   std::optional<double> target_error = std::nullopt, time_limit_s = std::nullopt;
-  double error = 0;                         ///< estimated image error
+  std::string unit;                         ///< of all errors: "fraction" or "K"
+  double error = 0;                         ///< estimated error of the image
   std::array<double, 2> interval{0, 0};     ///< its 95 % interval
   double noise = 0, bias = 0, dropped = 0;  ///< parts of it; dropped: bound of what the plan has left out
   bool reached = false;                     ///< the interval's upper end is at most the target

@@ -99,7 +99,7 @@ RunResult run_scene(const Description& scene, const RunOptions& options, const P
   }
   stages.end("report");
 
-  const ImageOrigin origin = origin_of(session, made.method, scene.render.seed, time_s);
+  const ImageOrigin origin = origin_of(session, made.method, made.rendered.counts, scene.render.seed, time_s);
   RunResult result{develop(made.rendered.film, session.world().bands(), origin), std::move(report), {}};
   add_detector(session, time_s, result);
   if (result.report.partial) result.image.metadata["obscura:partial"] = 1;

@@ -8,6 +8,9 @@
 namespace obscura {
 namespace {
 
+/// A target in kelvin leaves out what matters in pixels up to this temperature.
+constexpr double kHot_K = 1000;
+
 /// How the rays of a pixel share the paths that a method draws. What is more than a pass can hold goes into further
 /// passes, unless they would ask the same map: such passes are not independent.
 struct Shared {
@@ -46,9 +49,22 @@ void Session::see(const CameraSettings& view) {
   make_plan();
 }
 
+double Session::budget() const {
+  if (budget_) return *budget_;
+  const std::optional<ErrorTarget>& target = scene_.render.target_error;
+  if (!target) return kDefaultBudget;
+  if (target->unit == ErrorUnit::fraction) return target->value;
+  // The hotter a thing is, the less of its radiance is a kelvin.
+  double budget = kDefaultBudget;
+  for (const Band& band : built_.world.bands()) {
+    if (band.grey() || band.um_max() <= kThermal_um) continue;
+    budget = std::min(budget, target->value * band.planck_derivative(kHot_K) / band.planck(kHot_K));
+  }
+  return budget;
+}
+
 void Session::make_plan() {
-  Plan plan =
-      obscura::make_plan(scene_, summary_, budget_.value_or(scene_.render.target_error.value_or(kDefaultBudget)));
+  Plan plan = obscura::make_plan(scene_, summary_, budget());
   if (plan.cuts != plan_.cuts) {
     // Octrees and meshes are shared; what finds surfaces exists once at a time.
     if (!whole_) whole_ = built_.world.contents();

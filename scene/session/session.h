@@ -50,6 +50,7 @@ class Session {
  private:
   /// Makes World and plan anew where another view needs something that they leave out.
   void see(const CameraSettings& view);
+  double budget() const;
   void make_plan();
   Estimator estimate(const Method& method, const SamplerSettings& sampling, std::uint64_t seed,
                      const Progress& progress);

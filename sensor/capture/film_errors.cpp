@@ -80,9 +80,11 @@ class ErrorPool {
 
   bool done(std::size_t p) const noexcept { return film_.ray_count()[p] > 0; }
   bool lone(std::size_t p) const noexcept { return film_.ray_count()[p] == 1; }
-  /// Whether both show the same: one object, behind clouds or not.
+  /// Whether both show the same: one object, or the sky, behind clouds or not.
   bool alike(std::size_t p, std::size_t q) const noexcept {
-    return done(q) && film_.object_id()[p] == film_.object_id()[q] && (transmission_[p] < 1) == (transmission_[q] < 1);
+    return done(q) && film_.object_id()[p] == film_.object_id()[q] &&
+           (transmission_[p] < 1) == (transmission_[q] < 1) &&
+           std::isinf(film_.depth_m()[p]) == std::isinf(film_.depth_m()[q]);
   }
   template <class Work>
   void each_pixel(const Work& work) const {
@@ -109,9 +111,7 @@ class ErrorPool {
         const std::array<std::size_t, 4> around{p, place(x + u, y), place(x + u, y + v), place(x, y + v)};
         if (!std::ranges::all_of(around, [this](std::size_t q) { return lone(q); })) continue;
         const auto complex = std::ranges::count_if(around, [this](std::size_t q) { return !smooth(q); });
-        if (kind == 0 && (complex > 0 || !std::ranges::all_of(around, [&](std::size_t q) {
-                            return film_.object_id()[p] == film_.object_id()[q];
-                          })))
+        if (kind == 0 && (complex > 0 || !std::ranges::all_of(around, [&](std::size_t q) { return alike(p, q); })))
           continue;
         const double t = twist(seen(around[0]), seen(around[1]), seen(around[2]), seen(around[3]));
         if (std::abs(t) > kRounding * std::abs(radiance_[p])) squares += t * t / (kind == 0 ? 4 : complex);
@@ -122,6 +122,12 @@ class ErrorPool {
     }
     square_[static_cast<std::size_t>(kind)][p] = count > 0 ? squares / count : 0.0;
     known_[static_cast<std::size_t>(kind)][p] = static_cast<float>(count > 0 ? known / count : 0.0);
+  }
+  /// About how the variance of a pixel goes with the light that its clouds take, before the sky: of smooth clouds as a
+  /// higher power than of ragged ones (sensor/MEASURED.md, "Coverage").
+  double opaque(std::size_t p) const noexcept {
+    return std::isinf(film_.depth_m()[p]) && transmission_[p] < 1 ? std::pow(1.0 - double{transmission_[p]}, 0.75)
+                                                                  : 1.0;
   }
   bool smooth(std::size_t p) const noexcept { return !(weight_[1][p] > 0); }
   double noise(std::size_t p) const noexcept { return double{weight_[0][p]} + weight_[1][p]; }
@@ -146,12 +152,16 @@ class ErrorPool {
     return sum;
   }
 
+  bool open_sky(std::size_t p) const noexcept { return std::isinf(film_.depth_m()[p]) && !(transmission_[p] < 1); }
+
   /// Squares over what is known of them in a window that grows until they are sure (where light is rare, a few pixels
-  /// that see none of it prove little); -1: nothing is known.
+  /// that see none of it prove little; but the open sky is exact where its nearest neighbours are); -1: nothing is
+  /// known.
   template <class Counts>
   double pooled_ratio(int x, int y, std::size_t kind, const Counts& counts) const noexcept {
     double squares = 0, known = 0;
-    for (int reach = kLeastReach; reach <= kMostReach; reach *= 2) {
+    const bool open = open_sky(place(x, y));
+    for (int reach = open ? 1 : kLeastReach; reach <= kMostReach; reach *= 2) {
       squares = known = 0;
       double fourth = 0;
       for (int v = std::max(0, y - reach); v <= std::min(rows_ - 1, y + reach); ++v) {
@@ -162,12 +172,12 @@ class ErrorPool {
           const double term = weight * square_[kind][q];
           squares += term;
           fourth += term * term;
-          known += weight * known_[kind][q];
+          known += weight * known_[kind][q] * opaque(q);
         }
       }
-      if (squares > 0 && squares * squares >= kSure * fourth) break;
+      if (squares > 0 ? squares * squares >= kSure * fourth : open && known > 0) break;
     }
-    return known > 0 ? squares / known : -1.0;
+    return known > 0 ? squares / known * opaque(place(x, y)) : -1.0;
   }
 
   Film& film_;

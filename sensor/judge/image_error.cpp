@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "octree/base/error_scale.h"
 #include "octree/base/statistics.h"
@@ -57,8 +58,12 @@ class TileSums {
   std::vector<Sums> sums_;
 };
 
-/// What the error of each pixel is divided by; only pixels that are done have an entry above 0.
-std::vector<double> scales(const Film& film, int band) {
+/// Radiance of each pixel without its noise, as neighbours know it; 0 where pixels are not done.
+struct Levels {
+  std::vector<double> radiance;
+  double brightest = 0;
+};
+Levels levels(const Film& film, int band) {
   std::vector<double> result(film.values(band, Film::Value::radiance).size());
   double brightest = 0, fallback = 0;
   for (int t = 0; t < film.tile_count(); ++t) {
@@ -78,15 +83,27 @@ std::vector<double> scales(const Film& film, int band) {
       }
     }
   }
-  if (!(brightest > 0)) brightest = fallback;
-  for (double& value : result) value = error_scale(value, brightest);
-  return result;
+  return {std::move(result), brightest > 0 ? brightest : fallback};
 }
 
-}  // namespace
+/// Share of the pixels that a kelvin error holds for.
+constexpr double kMostPixels = 0.95;
+/// Half-width of a 95 % interval over its standard error.
+constexpr double kHalfWidth = 1.96;
 
-FilmError film_error(const Film& film, int band) {
-  const std::vector<double> scale = scales(film, band);
+/// The value that a share of them stays below; 0 of none.
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+
+/// Errors and biases of pixels in units of their scales.
+/// @param scale of each pixel; 0: its error does not count
+/// @param share of the pixels whose errors the result's stays above; none: it is their root mean square
+FilmError error_over(const Film& film, int band, const std::vector<double>& scale, std::optional<double> share) {
+  std::vector<double> relatives;
   const std::span<const float> error = film.values(band, Film::Value::error);
   const std::span<const float> bias = film.values(band, Film::Value::bias);
   const auto columns = static_cast<std::size_t>(film.columns());
@@ -100,9 +117,11 @@ FilmError film_error(const Film& film, int band) {
     for (int y = y0; y < y0 + height; ++y) {
       for (int x = x0; x < x0 + width; ++x) {
         const std::size_t p = static_cast<std::size_t>(y) * columns + static_cast<std::size_t>(x);
-        if (!(error[p] > 0)) continue;
+        if (share && film.ray_count()[p] > 0) relatives.push_back(0);
+        if (!(error[p] > 0) || !(scale[p] > 0)) continue;
         const double square = static_cast<double>(error[p]) * error[p];
         const double relative = square / (scale[p] * scale[p]);
+        if (share) relatives.back() = relative;
         own += relative;
         own_squares += relative * relative;
         variance += square;
@@ -130,8 +149,33 @@ FilmError film_error(const Film& film, int band) {
       }
     }
   }
-  if (pixels > 0) result.square = sum / static_cast<double>(pixels);
+  if (pixels > 0) result.square = share ? quantile(std::move(relatives), *share) : sum / static_cast<double>(pixels);
   if (squares > 0) result.freedom = sum * sum / squares;
+  return result;
+}
+
+}  // namespace
+
+FilmError film_error(const Film& film, int band) {
+  Levels scale = levels(film, band);
+  for (double& value : scale.radiance) value = error_scale(value, scale.brightest);
+  return error_over(film, band, scale.radiance, std::nullopt);
+}
+
+FilmError film_error_K(const Film& film, int band, const Band& spectral) {
+  // A kelvin is worth the derivative of the band's radiance where the pixel's level is its own error at least: what is
+  // all noise has no temperature to speak of.
+  std::vector<double> scale = levels(film, band).radiance, whole;
+  const std::span<const float> error = film.values(band, Film::Value::error);
+  for (std::size_t p = 0; p < scale.size(); ++p) {
+    const double radiance = std::max(scale[p], static_cast<double>(error[p]));
+    if (!(radiance > 0)) continue;
+    const double per_kelvin = spectral.planck_derivative(spectral.brightness_temperature(radiance));
+    scale[p] = per_kelvin / kHalfWidth;
+    if (per_kelvin > 0) whole.push_back(radiance / per_kelvin);
+  }
+  FilmError result = error_over(film, band, scale, kMostPixels);
+  result.whole = quantile(std::move(whole), kMostPixels);
   return result;
 }
 

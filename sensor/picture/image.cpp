@@ -32,6 +32,25 @@ std::string camera_text(const CameraSettings& camera) {
                      camera.resolution[1]);
 }
 
+/// Half-width of a 95 % interval over its standard error.
+constexpr double kHalfWidth = 1.96;
+
+/// Adds what was left out to the errors of a band.
+void widen(std::span<float> error, const Film& film, int band, std::span<const LeftOut> left_out) {
+  const std::span<const float> radiance = film.values(band, Film::Value::radiance),
+                               transmission = film.values(band, Film::Value::transmission);
+  for (std::size_t p = 0; p < error.size(); ++p) {
+    if (!(film.ray_count()[p] > 0)) continue;
+    double bound = 0;
+    for (const LeftOut& left : left_out) {
+      const bool touched =
+          left.sky || (left.clouds && transmission[p] < 1) || (left.surfaces && std::isfinite(film.depth_m()[p]));
+      if (touched) bound += left.radiance + left.share * std::abs(radiance[p]);
+    }
+    error[p] += static_cast<float>(bound / kHalfWidth);
+  }
+}
+
 void copy(std::span<const float> from, std::span<float> to) { std::ranges::copy(from, to.begin()); }
 
 }  // namespace
@@ -72,7 +91,9 @@ Image develop(const Film& film, std::span<const Band> bands, const ImageOrigin& 
   for (int b = 0; b < film.bands(); ++b) {
     const Band& band = bands[static_cast<std::size_t>(b)];
     copy(film.values(b, radiance), image.add(band.name() + ".radiance"));
-    copy(film.values(b, error), image.add(band.name() + ".error"));
+    const std::span<float> errors = image.add(band.name() + ".error");
+    copy(film.values(b, error), errors);
+    if (!origin.left_out.empty()) widen(errors, film, b, origin.left_out[static_cast<std::size_t>(b)]);
     if (origin.has_bias) copy(film.values(b, bias), image.add(band.name() + ".bias"));
     copy(film.values(b, transmission), image.add(band.name() + ".transmission"));
     if (origin.has_atmosphere) {

@@ -47,6 +47,13 @@ class Image {
   std::vector<std::vector<float>> values_;
 };
 
+/// What an effect that was left out may have changed at most, in pixels that show what it touches.
+struct LeftOut {
+  double radiance = 0;  ///< W/m2/sr
+  double share = 0;     ///< and of the pixel's own
+  bool clouds = false, surfaces = false, sky = false;
+};
+
 /// What the film cannot know and the image should tell.
 struct ImageOrigin {
   CameraSettings camera;
@@ -56,8 +63,10 @@ struct ImageOrigin {
   std::string scene_hash;
   std::string method;
   double time_s = 0;
-  /// Sum of the bounds of effects that were left out, as an image error.
+  /// Sum of the bounds of effects that were left out, as a share of a pixel.
   double dropped_bound = 0;
+  /// The same of each band, for the errors of its pixels; empty: nothing was left out.
+  std::vector<std::vector<LeftOut>> left_out;
   /// Channels `<band>.bias` and `<band>.transmission_atmosphere`: only where they have a meaning.
   bool has_bias = false;
   bool has_atmosphere = false;
@@ -67,7 +76,9 @@ struct ImageOrigin {
 
 /// The film as an image, its channels as scene/FORMAT.md, "Image", lists them: per band radiance, error,
 /// bias, transmission, transmission_atmosphere, temperature (not for grey); then depth.Z, object.id,
-/// rays.N, rays.criterion (a number of Criterion; metadata names them). @pre as many bands as the film has
+/// rays.N, rays.criterion (a number of Criterion; metadata names them). An error is the film's standard error + b
+/// / 1.96 with b the sum of the bounds on what was left out at that pixel: 95 % intervals hold both.
+/// @pre as many bands as the film has
 Image develop(const Film& film, std::span<const Band> bands, const ImageOrigin& origin);
 
 /// Kelvin of the blackbody with each radiance; 0 where that is <= 0. @pre as many, the band is not grey

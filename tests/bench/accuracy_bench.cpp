@@ -143,7 +143,7 @@ void measure(const Job& job, const Options& options, int& kept, int& quick, int&
   for (const StudyTarget& target : study.targets) {
     if (target.error > 0.06 || target.error < 0.015) continue;
     Description wish = scene;
-    wish.render.target_error = target.error;
+    wish.render.target_error = ErrorTarget{target.error};
     wish.render.method.clear();
     const RunResult result = run_scene(wish, {});
     const AccuracyReport& told = *result.report.accuracy;

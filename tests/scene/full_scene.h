@@ -89,7 +89,7 @@ inline Json full_scene() {
     "beams": [{"position_m": [0, 0, 5], "toward": [0, 0, -1], "radius_m": 0, "power": 1}],
     "render": {"method": "photon", "photons": 1000000, "nearest": 64, "kernel": "epanechnikov",
                "photon_power_min": 0, "directions": "stratified", "final_gather": null, "samples": 64,
-               "octree_tolerance": 0.001, "target_error": 0.05, "time_limit_s": 60, "memory_MiB": null, "seed": 1,
+               "octree_tolerance": 0.001, "target_error": "20mK", "floor": 0.001, "time_limit_s": 60, "memory_MiB": null, "seed": 1,
                "effects": {"atmosphere": true, "multiple scattering": false}}
   })");
 }

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <stdexcept>
 #include <string>
 
@@ -45,6 +46,9 @@ bool validates(const Json& schema, const Json& value) {
       good = !value.is_number() || value < rule;
     } else if (keyword == "minLength") {
       good = !value.is_string() || value.template get<std::string>().size() >= rule.template get<std::size_t>();
+    } else if (keyword == "pattern") {
+      good = !value.is_string() ||
+             std::regex_search(value.template get<std::string>(), std::regex(rule.template get<std::string>()));
     } else if (keyword == "minItems") {
       good = !value.is_array() || value.size() >= rule.template get<std::size_t>();
     } else if (keyword == "maxItems") {

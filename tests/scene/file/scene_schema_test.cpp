@@ -49,11 +49,12 @@ void collect_keys(const Json& schema, std::set<std::string>& keys) {
 // Refusals that only the reader can know of.
 bool is_about_meaning(const std::string& text) {
   for (const char* phrase :
-       {"is missing",       "cannot be read",      "by its extension", "is parallel",          "no length",
-        "have to increase", "its own position",    "per angle",        "phase function",       "wavelengths but",
-        "periods for",      "no axis is periodic", "neither",          "there is no material", "there is no band",
-        "angles but",       "perspective camera",  "voxels",           "response is 0",        "control characters",
-        "are both given",   "grey band",           "no grid",          "angles do not go",     "seed: 1e+30"}) {
+       {"is missing",           "cannot be read",      "by its extension", "is parallel",          "no length",
+        "have to increase",     "its own position",    "per angle",        "phase function",       "wavelengths but",
+        "periods for",          "no axis is periodic", "neither",          "there is no material", "there is no band",
+        "angles but",           "perspective camera",  "voxels",           "response is 0",        "control characters",
+        "are both given",       "grey band",           "no grid",          "angles do not go",     "seed: 1e+30",
+        "band has temperatures"}) {
     if (text.find(phrase) != std::string::npos) return true;
   }
   return false;

@@ -144,7 +144,7 @@ TEST_CASE("a method whose bias stands above the target says so", "[scene][accura
   // As many neighbours as photons: the map is one blur.
   const std::string blur = R"("method": "photon", "final_gather": 0, "nearest": 2000)";
   Session session(parse_scene(smoke(blur), "."), 0);
-  AccuracyGoal goal{0.01, std::nullopt};
+  AccuracyGoal goal{ErrorTarget{0.01}, std::nullopt};
   goal.most_photons = 4000;
   double now = 0;
   const AccurateImage made = render_to_goal(session, goal, slow_clock(now));
@@ -152,7 +152,7 @@ TEST_CASE("a method whose bias stands above the target says so", "[scene][accura
   CHECK_FALSE(made.accuracy.reached());
   CHECK(made.accuracy.bias > 0.01);
   // With more photons allowed their number grows until it is reached.
-  goal.target_error = 0.08;
+  goal.target_error = ErrorTarget{0.08};
   goal.most_photons = 400000;
   const AccurateImage more = render_to_goal(session, goal, slow_clock(now));
   CHECK(more.accuracy.ended == "target");

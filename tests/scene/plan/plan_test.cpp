@@ -250,12 +250,15 @@ TEST_CASE("what is dropped changes the image by no more than its bound", "[scene
     double within;  // the bound is at most so many times too large
   };
   const std::string sky = R"("environment": {"sky": {"radiance": 1}})";
+  // Fills the picture: the sky is seen by reflection alone.
+  const std::string wall =
+      R"("materials": {"grey": {"emissivity": 0.5}}, "objects": [{"shape": "plane", "size_m": [100, 100], "material": "grey", "radiance": 1, "place": {"rotate_deg": [90, 0, 0]}}], )";
   const std::string ball = R"("objects": [{"shape": "sphere", "radius_m": 1, "radiance": 1}], )";
   const std::vector<Border> borders = {
       {"atmosphere", "",
        ball + R"("environment": {"sky": {"radiance": 1}, "atmosphere": {"extinction_per_m": 4e-5, "radiance": 0.1}})",
        false, 10},
-      {"sky", "", ball + R"("environment": {"sky": {"radiance": 4e-5}})", false, 2},
+      {"sky", "", wall + R"("environment": {"sky": {"radiance": 4e-5}})", false, 10},
       {"emission", media(2e-4, 0) + R"(, "source": 0.5)", sky, false, 10},
       {"single scattering", media(2e-4, 1), sky, true, 10},
       {"multiple scattering", media(8e-3, 1), sky, true, 30},
@@ -317,7 +320,7 @@ TEST_CASE("more is dropped with a larger budget, never more than a tenth of it",
     CHECK(plan.budget.dropped == Approx(dropped));
     CHECK(plan.budget.sampled == Approx(budget - dropped));
   }
-  CHECK(changes >= 5);
+  CHECK(changes >= 4);  // the sky is in sight: it is never little
 }
 
 TEST_CASE("the user's word comes before any bound", "[scene][plan]") {

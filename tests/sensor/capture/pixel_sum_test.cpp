@@ -17,6 +17,7 @@ namespace {
 RaySample sample_of(double radiance) {
   RaySample sample(1);
   sample.bands[0].direct = radiance;
+  sample.depth_m = 5;  // a surface: the open sky would be exact
   return sample;
 }
 
