@@ -116,7 +116,7 @@ void OrdinatesReferee::radiance(std::span<const Ray> rays, std::span<OrdinatesEs
   const double typical = counted > 0 ? std::sqrt(squares / static_cast<double>(counted)) : 0.0;
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const double share = 1 - in[0][i].transmission;
-    estimates[i].error = std::hypot(estimates[i].error, typical * share * scale(estimates[i]));
+    estimates[i].error = std::hypot(estimates[i].error, typical * share * scale(estimates[i]), in[0][i].bias);
   }
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "photon/map/surface_density.h"
+#include "photon/paths/boundary_layer.h"
 #include "photon/paths/direct_light.h"
 
 namespace obscura::detail {
@@ -30,11 +31,13 @@ inline Estimate map_light(SpectralWorld world, const PhotonMaps& maps, const Clo
                           const GatherSettings& settings, const Vec3d& key) noexcept {
   if (maps.volume.size() == 0) return {};
   const Vec3d outward = transform_direction(world->world_to_map(), -at.along());
-  return estimate(
+  Estimate found = estimate(
       maps.volume, transform_point(world->world_to_map(), at.position()),
       [&](const Vec3d& y) noexcept { return world.extinction_in_map(y); },
       [&](const Vec3d& travel) noexcept { return at.scattering().phase_in_map(travel.dot(outward)); }, settings,
       MapSurroundings{*world, key});
+  resolve_boundary_layer(world, at.position(), found);
+  return found;
 }
 
 inline Estimate map_light(SpectralWorld world, const PhotonMaps& maps, const SurfaceScatterer& at,

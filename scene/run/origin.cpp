@@ -12,7 +12,8 @@ ImageOrigin origin_of(Session& session, const Method& method, const RadianceCoun
   origin.scene_hash = session.scene().hash;
   origin.method = method.type->word;
   origin.time_s = time_s;
-  origin.has_bias = method.type->photons || method.type->cells;
+  origin.has_bias = method.type->photons;
+  origin.bias_is_error = method.type->cells;
   origin.has_criterion = plan.sampling.adaptive.has_value();
   origin.has_atmosphere = session.has_atmosphere();
   origin.dropped_bound = plan.budget.dropped;

@@ -15,6 +15,8 @@ namespace {
 constexpr double kSure = 12;
 /// from its least to its most pixels on either side.
 constexpr int kLeastReach = 2, kMostReach = 8;
+/// The open sky has no noise of its own: only wisps and ramps (refine.h) near by.
+constexpr int kSkyReach = 4;
 /// Differences below this share of the values are rounding to float32.
 constexpr double kRounding = 3e-7;
 
@@ -111,7 +113,9 @@ class ErrorPool {
         const std::array<std::size_t, 4> around{p, place(x + u, y), place(x + u, y + v), place(x, y + v)};
         if (!std::ranges::all_of(around, [this](std::size_t q) { return lone(q); })) continue;
         const auto complex = std::ranges::count_if(around, [this](std::size_t q) { return !smooth(q); });
-        if (kind == 0 && (complex > 0 || !std::ranges::all_of(around, [&](std::size_t q) { return alike(p, q); })))
+        if (kind == 0 && (complex > 0 || !std::ranges::all_of(around, [&](std::size_t q) {
+                            return film_.object_id()[p] == film_.object_id()[q];
+                          })))
           continue;
         const double t = twist(seen(around[0]), seen(around[1]), seen(around[2]), seen(around[3]));
         if (std::abs(t) > kRounding * std::abs(radiance_[p])) squares += t * t / (kind == 0 ? 4 : complex);
@@ -131,7 +135,7 @@ class ErrorPool {
   }
   bool smooth(std::size_t p) const noexcept { return !(weight_[1][p] > 0); }
   double noise(std::size_t p) const noexcept { return double{weight_[0][p]} + weight_[1][p]; }
-  Seen seen(std::size_t p) const noexcept { return {radiance_[p], scatter(Film::kForeseen)[p]}; }
+  RayLight seen(std::size_t p) const noexcept { return {radiance_[p], scatter(Film::kForeseen)[p]}; }
 
   /// Variance of a pixel's mean from its rays' scatter, as it and its neighbours know it.
   double scatter_of(int x, int y) const noexcept {
@@ -155,13 +159,12 @@ class ErrorPool {
   bool open_sky(std::size_t p) const noexcept { return std::isinf(film_.depth_m()[p]) && !(transmission_[p] < 1); }
 
   /// Squares over what is known of them in a window that grows until they are sure (where light is rare, a few pixels
-  /// that see none of it prove little; but the open sky is exact where its nearest neighbours are); -1: nothing is
-  /// known.
+  /// that see none of it prove little); -1: nothing is known.
   template <class Counts>
   double pooled_ratio(int x, int y, std::size_t kind, const Counts& counts) const noexcept {
     double squares = 0, known = 0;
     const bool open = open_sky(place(x, y));
-    for (int reach = open ? 1 : kLeastReach; reach <= kMostReach; reach *= 2) {
+    for (int reach = kLeastReach; reach <= (open ? kSkyReach : kMostReach); reach *= 2) {
       squares = known = 0;
       double fourth = 0;
       for (int v = std::max(0, y - reach); v <= std::min(rows_ - 1, y + reach); ++v) {
@@ -175,7 +178,7 @@ class ErrorPool {
           known += weight * known_[kind][q] * opaque(q);
         }
       }
-      if (squares > 0 ? squares * squares >= kSure * fourth : open && known > 0) break;
+      if (squares > 0 && squares * squares >= kSure * fourth) break;
     }
     return known > 0 ? squares / known * opaque(place(x, y)) : -1.0;
   }

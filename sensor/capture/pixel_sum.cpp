@@ -34,12 +34,12 @@ double mean_of(const std::array<double, kBatches>& batch) noexcept {
   return sum / kBatches;
 }
 
-double bend(const Seen& before, const Seen& middle, const Seen& after) noexcept {
+double bend(const RayLight& before, const RayLight& middle, const RayLight& after) noexcept {
   const double foreseen = before.foreseen - 2 * middle.foreseen + after.foreseen;
   return before.radiance - 2 * middle.radiance + after.radiance - (std::isnan(foreseen) ? 0.0 : foreseen);
 }
 
-double twist(const Seen& a, const Seen& b, const Seen& c, const Seen& d) noexcept {
+double twist(const RayLight& a, const RayLight& b, const RayLight& c, const RayLight& d) noexcept {
   const double foreseen = a.foreseen - b.foreseen + c.foreseen - d.foreseen;
   return a.radiance - b.radiance + c.radiance - d.radiance - (std::isnan(foreseen) ? 0.0 : foreseen);
 }

@@ -63,16 +63,16 @@ double variance_of_mean(const std::array<double, kBatches>& batch, double mean) 
 double mean_of(const std::array<double, kBatches>& batch) noexcept;
 
 /// A ray's radiance, and what its corners foretold of it (NaN: nothing).
-struct Seen {
+struct RayLight {
   double radiance = 0;
   double foreseen = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Second difference of three neighbours in a row: of independent values it has six times the variance of one, of a
 /// slope it is 0.
-double bend(const Seen& before, const Seen& middle, const Seen& after) noexcept;
+double bend(const RayLight& before, const RayLight& middle, const RayLight& after) noexcept;
 /// a - b + c - d of four neighbours around a corner: four times the variance, and 0 for any slope.
-double twist(const Seen& a, const Seen& b, const Seen& c, const Seen& d) noexcept;
+double twist(const RayLight& a, const RayLight& b, const RayLight& c, const RayLight& d) noexcept;
 
 /// Adds up the rays of one pixel. Reuse it: it allocates only when made.
 class PixelSum {
@@ -98,7 +98,7 @@ class PixelSum {
  private:
   struct Sums {
     double radiance = 0;              // running mean; all sums are weighted
-    std::array<Seen, 4> last;         // the latest first
+    std::array<RayLight, 4> last;     // the latest first
     std::array<double, 2> squares{};  // of smooth and complex parts
     double ray_noise = 0;             // the batches' variance of the mean
     double bias = 0;

@@ -93,6 +93,9 @@ Image develop(const Film& film, std::span<const Band> bands, const ImageOrigin& 
     copy(film.values(b, radiance), image.add(band.name() + ".radiance"));
     const std::span<float> errors = image.add(band.name() + ".error");
     copy(film.values(b, error), errors);
+    if (origin.bias_is_error)
+      std::ranges::transform(errors, film.values(b, bias), errors.begin(),
+                             [](float e, float d) { return std::hypot(e, d); });
     if (!origin.left_out.empty()) widen(errors, film, b, origin.left_out[static_cast<std::size_t>(b)]);
     if (origin.has_bias) copy(film.values(b, bias), image.add(band.name() + ".bias"));
     copy(film.values(b, transmission), image.add(band.name() + ".transmission"));

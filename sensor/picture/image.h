@@ -69,6 +69,8 @@ struct ImageOrigin {
   std::vector<std::vector<LeftOut>> left_out;
   /// Channels `<band>.bias` and `<band>.transmission_atmosphere`: only where they have a meaning.
   bool has_bias = false;
+  /// The film's bias is all that a method without chance knows of its error: it is the error.
+  bool bias_is_error = false;
   bool has_atmosphere = false;
   /// Channel rays.criterion.
   bool has_criterion = false;

@@ -64,7 +64,7 @@ const auto none = [](const Stratum&) { return false; };
 }  // namespace
 
 TEST_CASE("no slope moves the differences that tell scatter", "[sensor][film]") {
-  const auto plane = [](double x, double y) { return Seen{3 + 2 * x - 5 * y}; };
+  const auto plane = [](double x, double y) { return RayLight{3 + 2 * x - 5 * y}; };
   CHECK(bend(plane(0, 1), plane(2, 2), plane(4, 3)) == Approx(0).margin(1e-14));
   CHECK(twist(plane(0, 0), plane(1, 0), plane(1, 1), plane(0, 1)) == Approx(0).margin(1e-14));
   // One that stands out is seen.
