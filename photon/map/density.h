@@ -28,7 +28,7 @@ struct Estimate {
   double bias = 0;                       ///< signed: value - truth to the order radius^2, from two radii; noisy
   double radius = 0;                     ///< m, of the ball
   int photons = 0;                       ///< that were counted
-  bool anomaly = false;                  ///< photons in the ball, but no extinction was met: value is 0
+  bool anomaly = false;                  ///< photons where there is no extinction: value is 0
 };
 
 /// For a ball without surfaces in it: all its places see one another.
@@ -83,6 +83,20 @@ struct PhotonWeight {
 };
 /// @param rounds  moments of independent rounds, each divided by the weight of its points
 PhotonWeight photon_weight(std::span<const BallMoments> rounds, bool correct) noexcept;
+
+/// Whether there is extinction at the place of a photon, as exactly as a map in float32 keeps it.
+template <class Extinction>
+bool in_medium(const Vec3d& place, const Extinction& extinction) noexcept {
+  const double rounding = 1e-6 * (1 + place.length());
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double sign : {-1.0, 0.0, 1.0}) {
+      Vec3d near = place;
+      near[axis] += sign * rounding;
+      if (extinction(near) > 0) return true;
+    }
+  }
+  return false;
+}
 
 /// Largest relative standard error with which a denominator is believed.
 inline constexpr double kMostDoubt = 0.5;
@@ -236,6 +250,15 @@ Estimate estimate(const PhotonMap& map, const Vec3d& x, const Extinction& extinc
     result = detail::estimate_in_ball(map, there, extinction, weight, surroundings, fewer, true, neighbour, resolved);
     fewer.nearest /= 2;
   } while (!resolved && fewer.nearest >= 8);
+  if (!result.anomaly) return result;
+  // Specks far apart, each with a photon or two: many of them together may be found. If not, what light the place has
+  // is that of a few specks, and it is dark. Only photons outside all medium are none of this World's.
+  GatherSettings more = settings;
+  more.nearest = std::min(Nearest::kMax, 8 * settings.nearest);
+  const Estimate wide =
+      detail::estimate_in_ball(map, x, extinction, weight, surroundings, more, false, neighbour, resolved);
+  if (resolved) return wide;
+  result.anomaly = !detail::in_medium(there, extinction);
   return result;
 }
 

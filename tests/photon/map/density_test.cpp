@@ -351,6 +351,38 @@ TEST_CASE("photons where there is no extinction are an anomaly, not a number", "
   CHECK_FALSE(estimate(map, {0.5, 0.5, 0.5}, homogeneous().extinction, one, {}).anomaly);
 }
 
+TEST_CASE("specks far apart, each with a photon, are dark or found, and no anomaly", "[photon][density]") {
+  // Specks of a thousandth of their distance: no point of a cubature meets one.
+  std::vector<Photon> photons;
+  for (int i = 0; i < 12 * 12 * 12; ++i) {
+    Photon photon;
+    photon.position = Vec3f(static_cast<float>(i % 12), static_cast<float>(i / 12 % 12), static_cast<float>(i / 144));
+    photon.direction = encode_direction({0, 0, 1});
+    photon.power = 1;
+    photons.push_back(photon);
+  }
+  const PhotonMap map(std::move(photons));
+  const auto specks = [](double half) {
+    return [half](const Vec3d& y) {
+      double far = 0;
+      for (int a = 0; a < 3; ++a) far = std::max(far, std::abs(y[a] - std::round(y[a])));
+      return far < half ? 1.0 : 0.0;
+    };
+  };
+  for (const Vec3d& x : {Vec3d(5.3, 5.4, 5.2), Vec3d(0.1, 0.2, 6.4), Vec3d(4, 4, 4)}) {
+    const Estimate tiny = estimate(map, x, specks(5e-4), one, {});
+    CHECK_FALSE(tiny.anomaly);
+    CHECK(std::isfinite(tiny.value));
+    // Of a twelfth of their distance a wide ball meets some: a photon in each of volume 1 / 216 is 216 a unit of k.
+    const Estimate found = estimate(map, x, specks(1.0 / 12), one, {});
+    CHECK_FALSE(found.anomaly);
+    CHECK(found.value < 20 * 216);
+  }
+  // A photon on the face of its speck, on the wrong side by rounding, is in it.
+  CHECK(detail::in_medium({1 + 1e-7, 0, 0}, [](const Vec3d& y) { return y.x < 1 ? 1.0 : 0.0; }));
+  CHECK_FALSE(detail::in_medium({1.1, 0, 0}, [](const Vec3d& y) { return y.x < 1 ? 1.0 : 0.0; }));
+}
+
 TEST_CASE("where surfaces hide all photons there is no light, and no anomaly", "[photon][density]") {
   struct Hidden : Unobstructed {
     bool obstructed(const Vec3d&, double) const { return true; }
