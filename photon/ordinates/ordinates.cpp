@@ -92,6 +92,18 @@ std::optional<NumericalError> unfit_for_ordinates(SpectralWorld world) {
                           "use the path tracer");
   };
   if (!world->spheres().empty()) return unsolved("hot spheres and particles");
+  if (world->periodic()) {
+    // Across the clouds that repeat, along which its light would have to be followed for ever.
+    const Affine axes = world->map_to_world();
+    for (int axis = 0; axis < 3; ++axis) {
+      if (axis < 2 && world->map_period()[axis] > 0) continue;
+      const Vec3d free = Vec3d(axes[axis][0], axes[axis][1], axes[axis][2]).normalized();
+      for (const Sun& sun : world->suns()) {
+        if (std::abs(free.dot(sun.toward)) <= std::sin(0.5 * sun.diameter) + 1e-9)
+          return unsolved("suns on the horizon of clouds that repeat");
+      }
+    }
+  }
   if (world->surfaces().empty()) return std::nullopt;
   if (world->periodic()) return unsolved("surfaces among clouds that repeat");
   if (!world->beams().empty() && world.surfaces_reflect()) return unsolved("beams on surfaces that reflect");

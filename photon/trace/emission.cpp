@@ -36,11 +36,7 @@ PhotonEmitter::PhotonEmitter(SpectralWorld world, const SourceSelection& selecti
   }
   for (std::size_t i = 0; selection.sun && i < world->suns().size(); ++i) {
     const Sun& sun = world->suns()[i];
-    double area = kPi * radius_ * radius_;
-    if (world->periodic()) {
-      area = 0;
-      for (const Face& face : faces_) area += face.area * std::max(0.0, -face.inward.dot(sun.toward));
-    }
+    const double area = world->periodic() ? area_towards(sun) : kPi * radius_ * radius_;
     const double power = world.value_of(sun.irradiance) * area;
     add(Kind::sun, static_cast<int>(i), power, power);
   }

@@ -115,6 +115,8 @@ class PhotonEmitter {
   void make_targets();
   void make_groups();
   void sum_chances();
+  /// Area across the light of a sun, in the mean over its disc, of the faces that it comes in by.
+  double area_towards(const Sun& sun) const noexcept;
   /// Where light that travels along -toward starts, beyond the bounds, and its density, 1/m2.
   std::pair<Vec3d, double> place_beyond(const Vec3d& toward, double u, double v, double which) const noexcept;
   EmittedPhoton from_cloud(int cloud, double u, const std::array<double, 8>& v, Cache& cache) const noexcept;

@@ -58,6 +58,26 @@ void PhotonEmitter::make_faces(const Box3d& around) {
   }
 }
 
+double PhotonEmitter::area_towards(const Sun& sun) const noexcept {
+  const auto across = [this](const Vec3d& toward) {
+    double area = 0;
+    for (const Face& face : faces_) area += face.area * std::max(0.0, -face.inward.dot(toward));
+    return area;
+  };
+  const double half = std::sin(0.5 * sun.diameter);
+  const bool on_horizon =
+      std::ranges::any_of(faces_, [&](const Face& face) { return std::abs(face.inward.dot(sun.toward)) < half; });
+  if (!on_horizon) return across(sun.toward);
+  // A part of the disc is in front of a face and a part behind it.
+  constexpr int kSide = 64;
+  double sum = 0;
+  for (int i = 0; i < kSide * kSide; ++i) {
+    const double u = (i % kSide + 0.5) / kSide, v = (i / kSide + 0.5) / kSide;
+    sum += across(cone_direction(sun.toward, half, u, v).first);
+  }
+  return sum / (kSide * kSide);
+}
+
 void PhotonEmitter::make_targets() {
   targets_.push_back({middle_, radius_, 1.0});
   // Where the World is much larger than its clouds (terrain of kilometres about a puff of metres), most photons are
