@@ -115,19 +115,26 @@ int verify(const VerifyArguments& a) {
   } else {
     fmt::print("{}", verify_table(scenes));
   }
-  std::size_t failures = 0, comparisons = 0;
+  std::size_t failures = 0, comparisons = 0, judged = 0;
   for (const VerifiedScene& scene : scenes) {
     failures += scene.failures().size();
     comparisons += scene.comparisons();
+    judged += scene.judged();
   }
   std::fflush(stdout);
   const bool stopped = scenes.size() < jobs.size() || console.progress().cancelled();
   if (!a.json && failures == 0 && !stopped) {
-    fmt::print("all agree: {} comparisons in {} scene{}, {}\n", comparisons, scenes.size(),
-               scenes.size() == 1 ? "" : "s", duration_text(seconds));
+    fmt::print("all agree: {} comparisons in {} scene{}{}, {}\n", comparisons, scenes.size(),
+               scenes.size() == 1 ? "" : "s",
+               judged < comparisons
+                   ? fmt::format(", of which {} are not judged: too weak to see a tenth", comparisons - judged)
+                   : "",
+               duration_text(seconds));
   }
   if (!a.report.empty() && !a.quiet) fmt::print(stderr, "{}\n", a.report);
-  if (failures > 0) throw NumericalError("verify", fmt::format("{} of {} comparisons fail", failures, comparisons));
+  if (failures > 0)
+    throw NumericalError("verify", judged == 0 ? "nothing could be judged"
+                                               : fmt::format("{} of {} comparisons fail", failures, comparisons));
   if (stopped) throw NumericalError("verify", "stopped before the end: nothing is said about the rest");
   return kDone;
 }
@@ -165,7 +172,7 @@ Command add_verify(CLI::App& program) {
       ->group(how);
   app->add_option("--resolution", a->resolution,
                   "Difference of two means that has to be seen in 99.9 % of cases: 0.03 or 3%; weaker comparisons "
-                  "fail. Default: as each built-in case states, none for a scene")
+                  "fail. Default: as each built-in case states; of a scene what cannot see a tenth is not judged")
       ->type_name("E")
       ->group(how);
   app->add_option("--seed", a->seed, "Seed of all random numbers")->type_name("N")->group(how);
@@ -181,7 +188,8 @@ Command add_verify(CLI::App& program) {
       ->group(how);
   app->footer(
       "A number has its standard error in per cent behind it; a difference, how many standard errors it is.\n"
-      "Exit codes: 0 all agree, 4 methods differ (the last lines say which), 2 bad input.\n\n"
+      "Exit codes: 0 all agree, 4 methods differ, or nothing could be judged in a band (the last lines say which), 2 "
+      "bad input.\n\n"
       "Examples:\n"
       "  obscura verify -o verify.html\n"
       "  obscura verify smoke.json --passes 8\n"

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include "octree/base/error.h"
 #include "scene/session/session.h"
@@ -170,7 +171,7 @@ void compare(const VerifySettings& settings, VerifiedScene& result) {
   AgreementRule rule;
   rule.false_alarm = settings.false_alarm / (3.0 * static_cast<double>(result.rows.size()) * settings.scenes);
   for (VerifyRow& row : result.rows) {
-    rule.resolution = settings.resolution * row.coarser;
+    rule.resolution = (settings.resolution > 0 ? settings.resolution : kJudged) * row.coarser;
     each_pair([&](std::size_t a, std::size_t b) {
       const auto &first = row.measured[a], &second = row.measured[b];
       if (first && second) row.pairs.push_back({a, b, agreement(*first, *second, rule)});
@@ -265,6 +266,14 @@ std::size_t VerifiedScene::comparisons() const {
   return count;
 }
 
+std::size_t VerifiedScene::judged() const {
+  std::size_t count = pixels.size();
+  for (const VerifyRow& row : rows)
+    count += static_cast<std::size_t>(
+        std::ranges::count_if(row.pairs, [](const VerifyPair& pair) { return pair.agreement.judged(); }));
+  return count;
+}
+
 std::vector<std::string> VerifiedScene::failures() const {
   std::vector<std::string> sentences;
   const auto label = [&](const std::string& band, const std::string& quantity) {
@@ -289,6 +298,25 @@ std::vector<std::string> VerifiedScene::failures() const {
     sentences.push_back(fmt::format(
         "{}: the pixels of {} and {} differ by {:.2f} of their errors in the root mean square (limit {:.2f})",
         label(p.band, "picture"), methods[p.first].name, methods[p.second].name, p.agreement.rms_z, p.agreement.high));
+  }
+  // A band of which no number could be judged is not known to be right.
+  for (const std::string& band : bands) {
+    double least = std::numeric_limits<double>::infinity();
+    bool compared = false, any = false;
+    for (const VerifyRow& row : rows) {
+      if (row.band != band) continue;
+      for (const VerifyPair& pair : row.pairs) {
+        compared = true;
+        any = any || pair.agreement.judged();
+        least = std::min(least, pair.agreement.samples_factor);
+      }
+    }
+    if (!compared || any || demands_resolution) continue;
+    sentences.push_back(fmt::format(
+        "{}: nothing could be judged{}: {}", name, bands.size() > 1 ? " in band " + band : "",
+        least < std::numeric_limits<double>::infinity()
+            ? fmt::format("it takes {:.2g} times as many samples to see a difference of {:.0f} %", least, 100 * kJudged)
+            : "there is no light, or the methods' biases hide any difference"));
   }
   if (comparisons() == 0 && !partial)
     sentences.push_back(name + ": nothing could be compared: fewer than two methods serve the scene");

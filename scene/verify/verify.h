@@ -27,10 +27,13 @@ struct VerifyCase {
 };
 const std::vector<VerifyCase>& verify_cases();
 
+/// Relative difference of the picture's mean that a comparison has to be able to see to say anything.
+inline constexpr double kJudged = 0.1;
+
 struct VerifySettings {
   std::uint64_t seed = 1;
   int passes = 4;             ///< independent repetitions of photon map and path tracer, each with the scene's settings
-  double resolution = 0;      ///< see VerifyCase; 0: any will do
+  double resolution = 0;      ///< see VerifyCase; 0: weaker comparisons than kJudged are not judged, but do not fail
   double false_alarm = 1e-6;  ///< probability that honest methods fail, over all comparisons of all scenes
   int scenes = 1;             ///< among which it is shared
 };
@@ -87,10 +90,11 @@ struct VerifiedScene {
 
   /// @pre there is one of this word
   const VerifyMethod& method(std::string_view word) const;
-  /// One sentence for each comparison that fails, none: all agree.
+  /// One sentence for each comparison that fails and each band of which nothing could be judged, none: all agree.
   std::vector<std::string> failures() const;
-  /// Comparisons that were made.
+  /// Comparisons that were made, and those of them that could see a difference.
   std::size_t comparisons() const;
+  std::size_t judged() const;
 };
 
 /// The methods that judge each other: one of each word, of those that share one the plan's choice.

@@ -120,7 +120,7 @@ std::string table_of(const VerifiedScene& scene) {
       "<th>photon bias</th><th>pair</th><th>difference</th><th>z (limit)</th><th>would be "
       "seen</th><th>verdict</th></tr>\n";
   const auto verdict = [](bool good, const char* word) {
-    return fmt::format("<td class=\"{}\">{}</td>", good ? "agree" : "differ", good ? "agree" : word);
+    return fmt::format("<td class=\"{}\">{}</td>", good ? "agree" : "differ", word);
   };
   for (const VerifyRow& row : scene.rows) {
     const std::string name = html_escaped(scene.bands.size() > 1 ? row.quantity + ", " + row.band : row.quantity);
@@ -134,7 +134,11 @@ std::string table_of(const VerifiedScene& scene) {
       html += fmt::format(
           "<tr>{}<td>{} &minus; {}</td><td>{:+.2f} %</td><td>{:+.1f} ({:.1f})</td><td>{:.1f} %</td>{}</tr>\n", values,
           scene.methods[pair.first].name, scene.methods[pair.second].name, 100 * a.relative, a.z, a.limit,
-          100 * a.detectable, verdict(a.agree && sharp, a.agree ? "too weak" : "differ"));
+          100 * a.detectable,
+          verdict(a.agree && sharp, !a.agree                   ? "differ"
+                                    : a.sharp                  ? "agree"
+                                    : scene.demands_resolution ? "too weak"
+                                                               : "not judged"));
       values = "<td></td><td></td><td></td><td></td><td></td>";
     }
   }
@@ -145,7 +149,8 @@ std::string table_of(const VerifiedScene& scene) {
         "({:.2f}) rms"
         "</td><td>{:.0f} % inside 95 %</td>{}</tr>\n",
         html_escaped(scene.bands.size() > 1 ? "pixels, " + p.band : "pixels"), scene.methods[p.first].name,
-        scene.methods[p.second].name, 100 * a.image_error, a.rms_z, a.high, 100 * a.inside, verdict(a.agree, "differ"));
+        scene.methods[p.second].name, 100 * a.image_error, a.rms_z, a.high, 100 * a.inside,
+        verdict(a.agree, a.agree ? "agree" : "differ"));
   }
   return html + "</table></div>\n";
 }

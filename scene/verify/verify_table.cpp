@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "scene/verify/verify.h"
@@ -22,7 +23,23 @@ std::string seconds_text(const VerifyMethod& method) {
   return method.refusal.empty() ? fmt::format("{:.1f}", method.seconds) : "-";
 }
 
-const char* verdict(bool agree, bool sharp) { return !agree ? "DIFFER" : sharp ? "agree" : "TOO WEAK"; }
+/// Of all pairs of a row: whether they agree, and how many of them could see that they do not.
+std::string verdict(const VerifyRow& row, bool demanded) {
+  std::size_t judged = 0;
+  bool agree = true;
+  double factor = std::numeric_limits<double>::infinity();
+  for (const VerifyPair& pair : row.pairs) {
+    judged += pair.agreement.judged();
+    agree = agree && pair.agreement.agree;
+    factor = std::min(factor, pair.agreement.samples_factor);
+  }
+  if (row.pairs.empty()) return "-";
+  if (!agree) return "DIFFER";
+  if (judged == row.pairs.size()) return "agree";
+  if (demanded) return "TOO WEAK";
+  if (judged > 0) return fmt::format("agree ({} of {} judged)", judged, row.pairs.size());
+  return std::isfinite(factor) ? fmt::format("not judged: {:.2g} x samples", factor) : "not judged";
+}
 
 /// Columns as wide as their widest text; the first two to the left.
 std::string lay_out(const std::vector<Line>& lines) {
@@ -74,7 +91,6 @@ void add_lines(const VerifiedScene& scene, std::vector<Line>& lines) {
   for (const VerifyRow& row : scene.rows) {
     Line line{scene.name, quantity_name(row.quantity, row.band)};
     for (const auto& m : row.measured) line.push_back(value_text(m));
-    bool agree = true, sharp = true;
     for (const auto& wanted : pairs_of(scene.methods.size())) {
       const auto pair = find_pair(row.pairs, wanted);
       if (pair == row.pairs.end()) {
@@ -83,13 +99,11 @@ void add_lines(const VerifiedScene& scene, std::vector<Line>& lines) {
       }
       const Agreement& a = pair->agreement;
       line.push_back(fmt::format("{:+.2f}% {:+.1f}", 100 * a.relative, a.z));
-      agree = agree && a.agree;
-      sharp = sharp && (a.sharp || !scene.demands_resolution);
     }
     const auto& photon = row.measured[0];
     line.push_back(photon && photon->value != 0 ? fmt::format("{:.2f}%", 100 * photon->bias / std::abs(photon->value))
                                                 : "-");
-    line.push_back(row.pairs.empty() ? "-" : verdict(agree, sharp));
+    line.push_back(verdict(row, scene.demands_resolution));
     lines.push_back(std::move(line));
   }
   for (const std::string& band : scene.bands) {
@@ -108,7 +122,7 @@ void add_lines(const VerifiedScene& scene, std::vector<Line>& lines) {
       agree = agree && pair->agreement.agree;
     }
     line.push_back("");
-    line.push_back(of_band.empty() ? "-" : verdict(agree, true));
+    line.push_back(of_band.empty() ? "-" : agree ? "agree" : "DIFFER");
     lines.push_back(std::move(line));
   }
   Line seconds{scene.name, "seconds"};
@@ -149,7 +163,9 @@ Json json_of(const VerifiedScene& scene) {
                                 {"limit", number(a.limit)},
                                 {"detectable", number(a.detectable)},
                                 {"agree", a.agree},
-                                {"sharp", a.sharp}});
+                                {"sharp", a.sharp},
+                                {"judged", a.judged()},
+                                {"samples_factor", number(a.samples_factor)}});
     }
     json["quantities"].push_back(std::move(entry));
   }

@@ -16,7 +16,8 @@ RayCounts& RayCounts::operator+=(const RayCounts& other) noexcept {
 TileStrata even_strata(const World& world, const Sampler& sampler, const FilmTile& tile) {
   TileStrata result;
   const std::span<const Stratum> strata = sampler.strata();
-  const bool surfaces = !world.objects().empty() || !world.spheres().empty();
+  // Edges are those of objects, of hot spheres, and of the discs of sun and moon.
+  const bool surfaces = !world.objects().empty() || !world.spheres().empty() || !world.suns().empty();
   std::optional<SpotQuery> geometry;
   if (surfaces) geometry.emplace(world, SpotThresholds{}, AdaptiveSettings{}.specular_depth);
   const auto complex = [&](double x, double y, double width, double height) {

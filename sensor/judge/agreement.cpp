@@ -51,7 +51,11 @@ Agreement agreement(const Measured& a, const Measured& b, const AgreementRule& r
   result.agree = left <= result.limit * result.error;
   result.relative = scale > 0 ? result.difference / scale : 0.0;
   result.detectable = scale > 0 ? (allowance + (result.limit + kPower) * result.error) / scale : 0.0;
-  result.sharp = rule.resolution <= 0 || result.detectable <= rule.resolution;
+  if (rule.resolution <= 0) return result;
+  result.sharp = scale > 0 && result.detectable <= rule.resolution;
+  const double room = rule.resolution * scale - allowance, reach = (result.limit + kPower) * result.error;
+  if (!result.sharp)
+    result.samples_factor = room > 0 ? reach * reach / (room * room) : std::numeric_limits<double>::infinity();
   return result;
 }
 

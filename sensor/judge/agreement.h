@@ -26,6 +26,11 @@ struct Agreement {
   double detectable = 0;  ///< relative difference that is seen in 99.9 % of cases
   bool agree = true;
   bool sharp = true;  ///< `detectable` is within the resolution
+  /// Times as many samples with which it would be; infinite: biases, or that there is no light, stand in the way.
+  double samples_factor = 1;
+
+  /// Whether it says anything: a difference, or that there is none.
+  bool judged() const noexcept { return sharp || !agree; }
 };
 
 /// |a - b| <= biases + limit * error, where the limit is Student's for the joint degrees of freedom (Welch

@@ -233,6 +233,60 @@ TEST_CASE("a comparison too weak for its resolution fails where one is demanded"
   CHECK(failures.find("too weak") != std::string::npos);
 }
 
+TEST_CASE("where nothing could be judged verify says how many samples would do", "[scene][verify]") {
+  VerifySettings settings;
+  settings.passes = 1;
+  Description scene = small("slab_day", 100000, 1);
+  scene.flux.clear();
+  scene.probes.clear();
+  scene.sensor.resolution = {2, 2};
+  scene.sensor.max_oversampling = 1;
+  // Without the ordinates, which know.
+  Session session(scene, 0, {}, 0);
+  std::vector<VerifyMethod> found;
+  for (const Method& method : referees(session)) {
+    if (!method.type->cells) found.push_back(run_method(session, method, settings));
+  }
+  const VerifiedScene weak = compare_methods(scene, std::move(found), settings);
+  CHECK(weak.comparisons() > 0);
+  const std::string failures = text_of(weak.failures());
+  CAPTURE(failures, verify_table({weak}));
+  CHECK(failures.find("nothing could be judged") != std::string::npos);
+  CHECK(failures.find("times as many samples") != std::string::npos);
+  CHECK(verify_table({weak}).find("not judged: ") != std::string::npos);
+  // With enough of them it judges.
+  Description more = small("slab_day", 20000, 64);
+  more.flux.clear();
+  more.sensor.resolution = {12, 12};
+  const VerifiedScene strong = verify_scene(more, settings);
+  CHECK(strong.failures().empty());
+  CHECK(strong.judged() > 0);
+}
+
+TEST_CASE("edges of a box before a sky by default settings are within the errors", "[scene][verify]") {
+  const std::string box = R"({"obscura": 1, "bands": [{"name": "b"}], "objects": [{"shape": "box", "size_m": [1, 1, 1],
+    "radiance": 1.0, "place": {"rotate_deg": [0, 20, 30]}}], "environment": {"sky": {"radiance": 0.3}},
+    "sensor": {"position_m": [0, -10, 0], "look_at_m": [0, 0, 0], "fov_deg": 12, "resolution": [48, 48]}})";
+  const VerifiedScene verdict = verify_scene(parse_scene(box, "."), {});
+  CHECK(verdict.failures().empty());
+  CHECK(verdict.judged() > 3);
+  // The disc of a sun in view has edges too, and pixels beside it do not.
+  const std::string sun = R"({"obscura": 1, "bands": [{"name": "b"}], "clouds": [{"grid": {"shape": "box",
+    "size_m": [100, 100, 10], "voxel_m": 5}, "media": [{"extinction": 0.01, "albedo": 1.0}]}],
+    "environment": {"sky": {"radiance": 0.02}, "sun": {"toward": [0, 0, 1], "irradiance": 1}},
+    "sensor": {"position_m": [0, 0, -20], "look_at_m": [0, 0, 0], "up": [0, 1, 0], "fov_deg": 1.5, "resolution": [48, 48]}})";
+  const VerifiedScene in_view = verify_scene(parse_scene(sun, "."), {});
+  CHECK(in_view.failures().empty());
+  for (const VerifyRow& row : in_view.rows) {
+    if (row.quantity != "x 0-15 y 0-15") continue;
+    for (const auto& measured : row.measured) {
+      REQUIRE(measured);
+      CHECK(measured->value == Approx(0.0284).epsilon(0.03));
+      CHECK(measured->error < 0.01 * measured->value);
+    }
+  }
+}
+
 TEST_CASE("the same seed gives the same numbers, another seed others", "[scene][verify]") {
   Description scene = small("cube_day", 3000, 16);
   scene.sensor.resolution = {12, 12};

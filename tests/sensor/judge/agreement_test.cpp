@@ -69,6 +69,23 @@ TEST_CASE("a comparison that could not have seen the resolution is not sharp", "
   CHECK(agreement({1, 0.5}, {1, 0}, {.false_alarm = 1e-6}).sharp);
 }
 
+TEST_CASE("a comparison that is too weak says how many samples would do", "[sensor][agreement]") {
+  const AgreementRule rule{.false_alarm = 1e-6, .resolution = 0.1};
+  const Agreement weak = agreement({1, 0.1}, {1.05, 0.1}, rule);
+  CHECK(weak.agree);
+  CHECK_FALSE(weak.sharp);
+  CHECK_FALSE(weak.judged());
+  REQUIRE(weak.samples_factor > 1);
+  const double less = 0.1 / std::sqrt(weak.samples_factor);
+  CHECK(agreement({1, 0.999 * less}, {1.05, 0.999 * less}, rule).sharp);
+  CHECK_FALSE(agreement({1, 1.001 * less}, {1.05, 1.001 * less}, rule).sharp);
+  // Biases stay whatever is sampled; where there is no light nothing can be seen.
+  CHECK(std::isinf(agreement({1, 0.1, kInfinity, 0.2}, {1, 0.1}, rule).samples_factor));
+  CHECK_FALSE(agreement({0, 0}, {0, 0}, rule).judged());
+  // A difference is a difference, however weak the comparison.
+  CHECK(agreement({3, 0.1}, {1, 0.1}, rule).judged());
+}
+
 TEST_CASE("numbers without error have to be equal", "[sensor][agreement]") {
   CHECK(agreement({0, 0}, {0, 0}, {}).agree);
   CHECK(agreement({2, 0}, {2.000001, 0}, {}).agree);
