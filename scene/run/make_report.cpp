@@ -2,12 +2,21 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "octree/base/statistics.h"
 
 namespace obscura {
 namespace {
 
 double total(const BatchTally& tally) { return pairwise_sum(tally); }
+
+/// Batches are independent replicas of a sixteenth of the photons each: their sum has the variance of all.
+double error_of(const BatchTally& tally) {
+  Moments batches;
+  for (const double value : tally) batches.add(value);
+  return std::sqrt(kBatches * batches.variance());
+}
 
 /// Rays that were averaged by what asked for them, and those that decided.
 std::vector<std::pair<std::string, std::uint64_t>> ray_report(const RayCounts& rays) {
@@ -69,8 +78,13 @@ Report make_report(Session& session, const AccurateImage& made) {
   for (std::size_t b = 0; b < light.bands.size(); ++b) {
     const EnergyTally& energy = light.bands[b].energy;
     report.energy.push_back({session.world().bands()[b].name(),
-                             {total(energy.emitted), total(energy.absorbed), total(energy.surface),
-                              total(energy.escaped), total(energy.truncated)}});
+                             {total(energy.emitted),
+                              total(energy.absorbed),
+                              total(energy.surface),
+                              total(energy.escaped),
+                              total(energy.truncated),
+                              {error_of(energy.emitted), error_of(energy.absorbed), error_of(energy.surface),
+                               error_of(energy.escaped), error_of(energy.truncated)}}});
   }
   report.photons = {light.emitted, light.stored, light.bytes};
   for (const OctreeRecord& octree : session.octrees()) {
@@ -105,6 +119,14 @@ Report make_report(Session& session, const AccurateImage& made) {
   if (scene.render.directions == Directions::regular) {
     report.warnings.push_back(
         "directions are \"regular\": batches are no replicas, so the errors say nothing about photons");
+  }
+  for (int b = 0; b < rendered.film.bands(); ++b) {
+    if (const std::uint64_t dark = rendered.film.too_dark(b); dark > 0) {
+      report.warnings.push_back(
+          fmt::format("{} pixels of band \"{}\" are darker than an image can hold, {:.2g} W/m2/sr: they have radiance "
+                      "and temperature 0, and that error",
+                      dark, session.world().bands()[static_cast<std::size_t>(b)].name(), Film::kLeast));
+    }
   }
   report.partial = light.partial || rendered.film.partial();
   if (!made.accuracy.ended.empty()) add_accuracy(made.accuracy, report);

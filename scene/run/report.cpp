@@ -90,7 +90,13 @@ std::string to_json(const Report& report) {
                             {"absorbed_W", number(e.absorbed_W)},
                             {"surface_W", number(e.surface_W)},
                             {"escaped_W", number(e.escaped_W)},
-                            {"truncated_W", number(e.truncated_W)}};
+                            {"truncated_W", number(e.truncated_W)},
+                            {"errors_W",
+                             {{"emitted_W", number(e.errors_W[0])},
+                              {"absorbed_W", number(e.errors_W[1])},
+                              {"surface_W", number(e.errors_W[2])},
+                              {"escaped_W", number(e.errors_W[3])},
+                              {"truncated_W", number(e.errors_W[4])}}}};
   }
   json["photons"] = {
       {"emitted", report.photons.emitted}, {"stored", report.photons.stored}, {"bytes", report.photons.bytes}};

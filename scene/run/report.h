@@ -27,6 +27,8 @@ struct EnergyReport {
   double surface_W = 0;    ///< by surfaces, both sides
   double escaped_W = 0;    ///< with sun and sky photons that meet nothing
   double truncated_W = 0;  ///< cut off by a depth limit
+  /// Standard errors of these, in their order, from the scatter of the batches.
+  std::array<double, 5> errors_W{};
 };
 
 struct PhotonReport {

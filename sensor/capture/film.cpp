@@ -16,6 +16,11 @@ float to_float(double value, std::uint64_t& anomalies) noexcept {
   return std::isnan(value) ? 0.0f : static_cast<float>(std::copysign(largest, value));
 }
 
+/// The same of an error: what is above 0 stays so.
+float error_to_float(double value, std::uint64_t& anomalies) noexcept {
+  return value > 0 ? std::max(to_float(value, anomalies), std::numeric_limits<float>::min()) : 0.0f;
+}
+
 int common_channel(int bands, int which) noexcept { return Film::kBandValues * bands + which; }
 constexpr int kDepth = 0, kObject = 1, kRays = 2, kCriterion = 3, kCommonChannels = 4;
 
@@ -33,10 +38,16 @@ void FilmTile::put(int x, int y, const PixelSum& pixel, std::uint32_t object_id,
   anomalies_ += pixel.anomalies();
   for (int b = 0; b < bands; ++b) {
     const PixelBand band = pixel.band(b);
-    const double values[] = {band.radiance, std::sqrt(band.variance), band.bias, band.transmission,
-                             band.transmission_atmosphere};
+    const double values[] = {band.radiance, std::sqrt(band.variance), band.bias,
+                             std::clamp(band.transmission, 0.0, 1.0), band.transmission_atmosphere};
     for (int v = 0; v < Film::kBandValues; ++v) {
-      set(Film::kBandValues * b + v, to_float(values[v], anomalies_));
+      set(Film::kBandValues * b + v, v == static_cast<int>(Film::Value::error) ? error_to_float(values[v], anomalies_)
+                                                                               : to_float(values[v], anomalies_));
+    }
+    // Darker than float32 holds is 0, and no exact one.
+    if (band.radiance != 0 && std::abs(band.radiance) < Film::kLeast) {
+      set(Film::kBandValues * b, 0);
+      set(Film::kBandValues * b + static_cast<int>(Film::Value::error), Film::kLeast);
     }
     Totals& totals = totals_[static_cast<std::size_t>(b)];
     totals.ray_variance += band.ray_variance;
@@ -208,6 +219,13 @@ std::uint64_t Film::anomalies() const noexcept {
   std::uint64_t sum = 0;
   for (const TileState& tile : tiles_) sum += tile.anomalies;
   return sum;
+}
+
+std::uint64_t Film::too_dark(int band) const noexcept {
+  const std::span<const float> radiance = values(band, Value::radiance), error = values(band, Value::error);
+  std::uint64_t count = 0;
+  for (std::size_t p = 0; p < radiance.size(); ++p) count += radiance[p] == 0 && error[p] == kLeast;
+  return count;
 }
 
 std::span<const float> Film::values(int band, Value value) const noexcept {

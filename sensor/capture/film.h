@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -67,6 +68,9 @@ class Film {
   /// The values of a band that the film keeps for each pixel.
   enum class Value { radiance, error, bias, transmission, transmission_atmosphere };
   static constexpr int kBandValues = 5;
+  /// Radiances nearer to 0 are 0 and have this error, so that 0 with error 0 means that nothing is there: float32's
+  /// least normal number.
+  static constexpr float kLeast = std::numeric_limits<float>::min();
 
   explicit Film(const FilmSettings& settings);
 
@@ -101,6 +105,9 @@ class Film {
   /// Rays that count, and values that were not finite or did not fit float32 (none in the image).
   std::uint64_t rays() const noexcept;
   std::uint64_t anomalies() const noexcept;
+
+  /// Pixels that are darker than float32 holds, though not black.
+  std::uint64_t too_dark(int band) const noexcept;
 
   /// One value of every pixel, row by row from the top left. Never NaN, and finite but for depth.
   std::span<const float> values(int band, Value value) const noexcept;

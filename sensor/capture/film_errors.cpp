@@ -54,7 +54,9 @@ class ErrorPool {
       const double twice =
           lone(p) ? map : mean([&](std::size_t q) { return lone(q) ? 0.0 : square(scatter(Film::kCountedTwice)[q]); });
       rays[p] = std::max(0.0, scatter_of(x, y) - twice);
-      error[p] = static_cast<float>(std::sqrt(map + rays[p]));
+      const double all = std::sqrt(map + rays[p]);
+      error[p] = all > 0 ? std::max(static_cast<float>(all), Film::kLeast) : 0.0f;
+      if (radiance_[p] == 0 && own_error[p] == Film::kLeast) error[p] = std::max(error[p], Film::kLeast);
       bias[p] = static_cast<float>(mean([&](std::size_t q) { return own_bias[q]; }));
     });
     std::ranges::copy(error, own_error.begin());

@@ -50,12 +50,12 @@ std::uint64_t hilbert(int levels, std::uint32_t x, std::uint32_t y) noexcept {
 /// by 2^(-1.5 level) of what the pixel would: thresholds of the parts grow by as much.
 double tolerance(int level) noexcept { return std::exp2(1.5 * level); }
 
-/// Differences of a radiance across and down a part, from its corners in the order of Refiner::Corners.
-struct Slope {
-  double across, down;
-};
+/// From corners in the order of Refiner::Corners.
 Slope slope_of(double c0, double c1, double c2, double c3) noexcept {
-  return {0.5 * (c1 + c3 - c0 - c2), 0.5 * (c2 + c3 - c0 - c1)};
+  return {0.5 * (c1 + c3 - c0 - c2), 0.5 * (c2 + c3 - c0 - c1), c0 + c3 - c1 - c2};
+}
+Slope operator*(double share, const Slope& slope) noexcept {
+  return {share * slope.across, share * slope.down, share * slope.twist};
 }
 
 double largest(std::initializer_list<double> values) { return std::max(values); }
@@ -167,23 +167,19 @@ bool Refiner::rays_decide(int level) const noexcept {
 }
 
 Ramp Refiner::ramp(const Corners& c, int band) const noexcept {
-  const std::size_t k = 2 + 3 * static_cast<std::size_t>(band);
+  const std::size_t t = 1 + 3 * static_cast<std::size_t>(band), k = t + 1;
   Ramp ramp;
   const Slope slope = slope_of(c[0][k], c[1][k], c[2][k], c[3][k]);
-  ramp.across = slope.across;
-  ramp.down = slope.down;
-  ramp.twist = double{c[0][k]} + c[3][k] - c[1][k] - c[2][k];
-  const double square = (ramp.across * ramp.across + ramp.down * ramp.down) / 12 + ramp.twist * ramp.twist / 144;
+  const double square = (slope.across * slope.across + slope.down * slope.down) / 12 + slope.twist * slope.twist / 144;
   const double noise = 7.0 / 36 * 0.25 * (double{c[0][k + 1]} + c[1][k + 1] + c[2][k + 1] + c[3][k + 1]);
-  const double highest = 0.5 * (std::abs(ramp.across) + std::abs(ramp.down)) + 0.25 * std::abs(ramp.twist);
+  const double highest = 0.5 * (std::abs(slope.across) + std::abs(slope.down)) + 0.25 * std::abs(slope.twist);
   if (!(square > kNoiseSlope * noise) || !std::isfinite(square)) return {};
   if (noise < kForetold * square) ramp.mean = 0.25 * (double{c[0][k]} + c[1][k] + c[2][k] + c[3][k]);
   // No more than half of what is there, so that nothing becomes negative.
   const double least = std::min({c[0][k], c[1][k], c[2][k], c[3][k]});
   ramp.strength = std::clamp(std::min(1 - kNoiseSlope * noise / square, 0.5 * least / highest), 0.0, 1.0);
-  ramp.across *= ramp.strength;
-  ramp.down *= ramp.strength;
-  ramp.twist *= ramp.strength;
+  ramp.radiance = ramp.strength * slope;
+  ramp.transmission = ramp.strength * slope_of(c[0][t], c[1][t], c[2][t], c[3][t]);
   return ramp;
 }
 
@@ -356,7 +352,7 @@ double Refiner::spread(int x, int y, int band, double px, double py, double radi
   const Corners c = corners_of(x, y);
   const double u = px - x, v = py - y;
   const std::array<double, 4> share = {(1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v};
-  double expected = -ramp(u - 0.5, v - 0.5), noise = 0, share2 = 0, mean_noise = 0;
+  double expected = -ramp.radiance(u - 0.5, v - 0.5), noise = 0, share2 = 0, mean_noise = 0;
   for (std::size_t i = 0; i < 4; ++i) {
     expected += share[i] * c[i][k];
     noise += share[i] * share[i] * c[i][k + 1];
@@ -365,7 +361,7 @@ double Refiner::spread(int x, int y, int band, double px, double py, double radi
   }
   // The corners' own noise makes slopes of its own: as much as one corner's variance. The ramp takes its share of the
   // slope away and brings its share of that noise.
-  const auto [across, down] = slope_of(c[0][k], c[1][k], c[2][k], c[3][k]);
+  const auto [across, down, twist] = slope_of(c[0][k], c[1][k], c[2][k], c[3][k]);
   const double left = (1 - ramp.strength) * (1 - ramp.strength);
   const double slope = left * std::max(0.0, across * across + down * down - 2 * mean_noise) / 12 +
                        ramp.strength * ramp.strength * 7.0 / 36 * mean_noise;

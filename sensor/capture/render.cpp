@@ -111,8 +111,10 @@ class TilePass {
     const double x = (rays_[r].px - x_of(sent_[r].pixel) - part.x_min) / part.width - 0.5;
     const double y = (rays_[r].py - y_of(sent_[r].pixel) - part.y_min) / part.height - 0.5;
     for (std::size_t b = 0; b < static_cast<std::size_t>(bands_); ++b) {
-      samples_[sent_[r].sample].bands[b].direct -=
-          parts_.ramps[sent_[r].part * static_cast<std::size_t>(bands_) + b](x, y);
+      BandSample& sample = samples_[sent_[r].sample].bands[b];
+      const Ramp& ramp = parts_.ramps[sent_[r].part * static_cast<std::size_t>(bands_) + b];
+      sample.direct -= ramp.radiance(x, y);
+      sample.transmission -= ramp.transmission(x, y);
     }
   }
 

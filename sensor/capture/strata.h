@@ -23,16 +23,22 @@ struct RayCounts {
   RayCounts& operator+=(const RayCounts& other) noexcept;
 };
 
-/// The slope of a part's radiance as its corners tell it, a function of the place in the part (-1/2 to 1/2 across and
-/// down) whose mean is 0. It is taken off each ray before averaging: that lowers the noise and, whatever the corners
-/// have met, leaves the mean alone.
-struct Ramp {
+/// The slope of a part as its corners tell it, a function of the place in the part (-1/2 to 1/2 across and down) whose
+/// mean is 0.
+struct Slope {
   double across = 0, down = 0, twist = 0;
-  double strength = 0;  ///< share of the corners' slope that is trusted, [0, 1]
-  /// Mean of the corners where they know the slope well; NaN: they do not.
-  double mean = std::numeric_limits<double>::quiet_NaN();
 
   double operator()(double x, double y) const noexcept { return across * x + down * y + twist * x * y; }
+};
+
+/// What is taken off each ray of a part before averaging: that lowers the noise and, whatever the corners have met,
+/// leaves the mean alone.
+struct Ramp {
+  Slope radiance;
+  Slope transmission;   ///< with the same share of the corners' slope, so that both are of the same place
+  double strength = 0;  ///< that share, as far as it is trusted, [0, 1]
+  /// Mean radiance of the corners where they know the slope well; NaN: they do not.
+  double mean = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// The parts of a tile's pixels.

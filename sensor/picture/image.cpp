@@ -47,7 +47,7 @@ void widen(std::span<float> error, const Film& film, int band, std::span<const L
           left.sky || (left.clouds && transmission[p] < 1) || (left.surfaces && std::isfinite(film.depth_m()[p]));
       if (touched) bound += left.radiance + left.share * std::abs(radiance[p]);
     }
-    error[p] += static_cast<float>(bound / kHalfWidth);
+    if (bound > 0) error[p] = std::max(error[p] + static_cast<float>(bound / kHalfWidth), Film::kLeast);
   }
 }
 
