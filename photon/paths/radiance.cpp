@@ -9,6 +9,7 @@
 #include "photon/paths/leg_steps.h"
 #include "photon/paths/map_light.h"
 #include "photon/paths/straight_radiance.h"
+#include "photon/world/check_contents.h"
 
 namespace obscura {
 namespace {
@@ -382,6 +383,7 @@ class LegPass {
 RadianceCounts incoming_radiance(SpectralWorld world, const PhotonMaps* maps, const RadianceSettings& settings,
                                  std::span<const Ray> rays, std::span<const std::uint64_t> histories,
                                  std::span<Incoming> incoming) {
+  check_rays(world, rays, histories.size(), incoming.size());
   // So many together that their points and paths fit the caches.
   constexpr std::size_t kTogether = 16384;
   const std::size_t most = std::max<std::size_t>(1, kTogether / static_cast<std::size_t>(std::max(1, settings.points)));

@@ -86,7 +86,8 @@ struct RadianceCounts {
   }
 };
 
-/// Radiance along many rays at once. Directions are unit vectors. The result of a ray depends on its
+/// Radiance along many rays at once. Directions are unit vectors, all spans of one length, the interval one of the
+/// World's; else InputError. The result of a ray depends on its
 /// history number and not on the others. Scratch memory is allocated once per some thousands: give it many.
 /// @param maps null: nothing but direct light, unless the settings ask for all bounces
 RadianceCounts incoming_radiance(SpectralWorld world, const PhotonMaps* maps, const RadianceSettings& settings,

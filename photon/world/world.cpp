@@ -2,10 +2,13 @@
 #include <utility>
 
 #include "octree/base/error.h"
+#include "photon/world/check_contents.h"
 #include "photon/world/spectral_world.h"
 
 namespace obscura {
+
 World::World(WorldContents contents) : contents_(std::move(contents)) {
+  check_contents(contents_);
   if (contents_.clouds.size() > static_cast<std::size_t>(kMaxClouds)) {
     throw InputError("clouds", std::to_string(contents_.clouds.size()) + " clouds at one time",
                      "merge some: at most " + std::to_string(kMaxClouds) + " can overlap");

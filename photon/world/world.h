@@ -91,8 +91,9 @@ class World {
   /// Most clouds that one World can hold: kernels merge their walks without allocating.
   static constexpr int kMaxClouds = 64;
 
-  /// @throws InputError where a cloud is not what kernels rely on (too many clouds or channels, periods
-  /// smaller than the grid, singular placement).
+  /// @throws InputError with every problem: lists of wrong length, numbers out of range or not finite, indices that
+  /// point at nothing, missing octrees, directions not of unit length (check_contents.h); then too many clouds or
+  /// channels, periods smaller than the grid.
   explicit World(WorldContents contents);
 
   /// What it was made of: a copy with something left out makes a World without it.
