@@ -187,6 +187,9 @@ class LesReader {
   std::size_t line_ = 0;
 };
 
+/// Of the columns that the format itself names.
+std::string units_of(const std::string& column) { return column == "lwc" ? "g m-3" : column == "reff" ? "um" : ""; }
+
 std::vector<SparseGrid> read_grids(const std::filesystem::path& path, const std::vector<GridRequest>& requests) {
   auto field = std::make_shared<const LesField>(LesReader(path).read());
   check_names(path, field->names, requests);
@@ -197,6 +200,7 @@ std::vector<SparseGrid> read_grids(const std::filesystem::path& path, const std:
     SparseGrid grid;
     grid.request = request;
     grid.where = where_of(path, request.name);
+    grid.units = units_of(request.name);
     grid.index_to_local = field->index_to_local;
     grid.extent = Box3i(Vec3i(0), field->resolution);
     auto bricks = std::make_shared<std::vector<const float*>>();
@@ -220,7 +224,7 @@ std::vector<GridInfo> inspect_les(const std::filesystem::path& path) {
   for (std::size_t c = 0; c < field.names.size(); ++c) {
     GridInfo info = describe_lattice(field.names[c], field.index_to_local, field.resolution);
     info.type = "text";
-    info.units = field.names[c] == "lwc" ? "g m-3" : field.names[c] == "reff" ? "um" : "";
+    info.units = units_of(field.names[c]);
     info.active = field.points;
     info.min = kInfinity;
     info.max = -kInfinity;

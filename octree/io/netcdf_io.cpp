@@ -260,7 +260,10 @@ DenseGrids dense_grids(const std::shared_ptr<NetcdfFile>& file, std::vector<Vari
                        std::vector<GridRequest> requests) {
   DenseGrids dense;
   dense.name = file->path();
-  for (const Variable& variable : group) dense.where.push_back(where_of(file->path(), variable.name));
+  for (const Variable& variable : group) {
+    dense.where.push_back(where_of(file->path(), variable.name));
+    dense.units.push_back(variable.units);
+  }
   dense.grids = std::move(requests);
   dense.index_to_local = lattice.index_to_local;
   dense.resolution = lattice.resolution;

@@ -211,6 +211,11 @@ struct Dispatch<openvdb::TypeList<Grids...>> {
   }
 };
 
+std::string units_of(const openvdb::GridBase& grid) {
+  const auto units = grid.getMetadata<openvdb::StringMetadata>("units");
+  return units ? units->value() : std::string();
+}
+
 std::string type_name(const openvdb::GridBase& grid) {
   const std::string type = grid.valueType();
   return type == "float" && grid.saveFloatAsHalf() ? "half" : type;
@@ -244,7 +249,7 @@ GridInfo describe(const openvdb::GridBase::Ptr& grid) {
   GridInfo info;
   info.name = grid->getName();
   info.type = type_name(*grid);
-  if (const auto units = grid->template getMetadata<openvdb::StringMetadata>("units")) info.units = units->value();
+  info.units = units_of(*grid);
   info.affine = is_affine(*grid);
   if (info.affine) {
     info.index_to_local = index_to_local(*grid);
@@ -285,6 +290,7 @@ std::vector<SparseGrid> read_grids(const std::filesystem::path& path, const std:
     const bool scalar = Dispatch<ScalarGrids>::call(grid, [&](const auto& typed) {
       using Grid = typename std::decay_t<decltype(typed)>::element_type;
       result.push_back(sparse_grid<Grid>(typed, request, where));
+      result.back().units = units_of(*typed);
     });
     if (!scalar)
       throw InputError(where, fmt::format("holds {} values, not scalars", type_name(*grid)),

@@ -128,6 +128,10 @@ VoxelStream resample(VoxelStream onto, VoxelStream field) {
   joined.background.resize(onto.channels.size(), 0.0f);
   joined.background.insert(joined.background.end(), field.background.begin(), field.background.end());
   joined.background.resize(joined.channels.size(), 0.0f);
+  joined.units = onto.units;
+  joined.units.resize(onto.channels.size());
+  joined.units.insert(joined.units.end(), field.units.begin(), field.units.end());
+  joined.units.resize(joined.channels.size());
   joined.index_to_local = onto.index_to_local;
   joined.name = onto.name;
 

@@ -93,6 +93,7 @@ VoxelStream stream_slabs(DenseGrids dense) {
   stream.bounds = Box3i(Vec3i(0), dense.resolution);
   for (const GridRequest& grid : dense.grids) stream.channels.push_back(grid.name);
   stream.background.assign(dense.grids.size(), 0.0f);
+  stream.units = dense.units;
   const auto shared = std::make_shared<const DenseGrids>(std::move(dense));
   stream.pour = [shared](VoxelSink& sink) { pour_slabs(*shared, sink); };
   return stream;

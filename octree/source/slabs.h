@@ -15,6 +15,7 @@ struct DenseGrids {
   std::string name;  ///< of the file
   std::vector<GridRequest> grids;
   std::vector<std::string> where;  ///< per grid, for messages
+  std::vector<std::string> units;  ///< per grid, as the file says; empty: it does not
   Affine index_to_local;
   Vec3i resolution{0, 0, 0};
   int slab_axis = 2;  ///< the axis along which the file is read in order

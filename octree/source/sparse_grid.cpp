@@ -295,6 +295,7 @@ std::vector<VoxelStream> make_streams(const std::string& name, std::vector<Spars
     for (const SparseGrid& grid : group.grids) {
       stream.channels.push_back(grid.request.name);
       stream.background.push_back(grid.background);
+      stream.units.push_back(grid.units);
     }
     // A background that fills space fills whole bricks: the bounds reach to their ends.
     if (std::any_of(stream.background.begin(), stream.background.end(), [](float b) { return b != 0; }) &&

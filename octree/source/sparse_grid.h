@@ -20,6 +20,7 @@ struct SparseTile {
 struct SparseGrid {
   GridRequest request;
   std::string where;  ///< file and grid, for messages
+  std::string units;  ///< as the file says; empty: it does not
   Affine index_to_local;
   float background = 0;
   std::vector<Vec3i> bricks;  ///< corners, aligned to 8

@@ -47,6 +47,7 @@ struct VoxelStream {
   std::string name;                      ///< for messages
   /// Per channel, the value where nothing is poured, for resampling onto another lattice; empty: 0.
   std::vector<float> background;
+  std::vector<std::string> units;  ///< per channel, of the values, as the file says; empty: it does not
 };
 
 }  // namespace obscura

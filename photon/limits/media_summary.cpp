@@ -71,7 +71,7 @@ namespace {
 
 /// Kelvin of the leaves that hold matter.
 struct Kelvin {
-  double coldest = kInfinity, warmest = 0;
+  double coldest = kInfinity, warmest = -kInfinity;
 };
 
 Kelvin kelvin_of(const Cloud& cloud) {
@@ -111,6 +111,7 @@ CloudLimits limits_of(SpectralWorld world, int c, const LayerMaxima& layers, con
     return most > 0 && world->frame(c).periodic() ? kInfinity : most;
   };
   limits.depth = largest(extinction);
+  limits.depth_in_box = layers.largest_integral(extinction);
   limits.scattering_depth = largest(scattering);
   limits.absorption_depth = largest(absorption);
 
@@ -272,6 +273,10 @@ MediaSummary summarize(const World& world, const CameraView& view) {
     entry.name = cloud.name;
     entry.periodic = world.frame(c).periodic();
     entry.in_view = entry.periodic || !detail::outside(view, detail::corners_of(world, c));
+    std::vector<double> amounts(static_cast<std::size_t>(cloud.octree->channel_count()), 0.0);
+    for (const Medium& medium : cloud.media) amounts[static_cast<std::size_t>(medium.channel)] = 1;
+    entry.empty = !(layers.largest_integral(amounts) > 0);
+    entry.warmest_K = kelvin.warmest >= kelvin.coldest ? kelvin.warmest : 0;
     for (int i = 0; i < world.interval_count(); ++i)
       entry.intervals.push_back(limits_of({world, i}, c, layers, kelvin));
   }
@@ -307,6 +312,7 @@ MediaSummary summarize(const World& world, const CameraView& view) {
     scale.least = known(all);
   }
   summary.reach_m = detail::reach(world, view);
+  summary.box_out_of_view = detail::box_out_of_view(world, view);
   for (const Sun& sun : world.suns()) {
     summary.shaded.push_back(detail::shaded(world, view, sun));
     summary.disc_in_view.push_back(detail::sees_disc(view, sun));

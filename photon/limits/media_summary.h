@@ -32,6 +32,7 @@ struct CameraView {
 /// One cloud at one interval; all are guaranteed for every line and point of the World.
 struct CloudLimits {
   double depth = 0;             ///< largest optical depth of a line; infinite where the cloud is periodic
+  double depth_in_box = 0;      ///< of what lies within its box, one period of a periodic cloud
   double scattering_depth = 0;  ///< largest depth by scattering alone
   double absorption_depth = 0;
   double albedo_max = 0;  ///< of scattering over extinction
@@ -45,7 +46,9 @@ struct CloudLimits {
 struct CloudSummary {
   std::string name;
   bool periodic = false;
-  bool in_view = true;  ///< false: no camera ray meets its box
+  bool in_view = true;   ///< false: no camera ray meets its box
+  bool empty = false;    ///< no voxel holds matter
+  double warmest_K = 0;  ///< highest temperature of matter; 0 where it has none
   std::vector<CloudLimits> intervals;
 };
 
@@ -100,6 +103,8 @@ struct MediaSummary {
   /// Largest distance between any two of the view's origins, clouds, objects and spheres; infinite in a periodic World.
   double reach_m = 0;
   bool periodic = false;
+  /// The box of all clouds, objects and spheres, m, where there are some and no camera ray meets any.
+  std::optional<Box3d> box_out_of_view;
   std::vector<const MethodType*> unfit;  ///< methods that cannot serve the World
   /// Of sun and moon, those that there are: an opaque rectangle keeps all its light from everything; a camera ray may
   /// see its disc.

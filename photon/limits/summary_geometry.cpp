@@ -22,20 +22,24 @@ Box3d box_of(const Object& object) {
   return box;
 }
 
-/// The corners of everything but one object.
+/// The corners of each cloud's box, each object's, each sphere's, in this order; of a cloud that holds nothing none.
+std::vector<std::vector<Vec3d>> boxes_of(const World& world) {
+  std::vector<std::vector<Vec3d>> boxes;
+  for (int c = 0; c < world.cloud_count(); ++c) boxes.push_back(detail::corners_of(world, c));
+  for (const Object& object : world.objects()) boxes.push_back(corners_of(box_of(object), object.local_to_world));
+  for (const HotSphere& sphere : world.spheres())
+    boxes.push_back(corners_of({sphere.center - Vec3d(sphere.radius), sphere.center + Vec3d(sphere.radius)}, {}));
+  return boxes;
+}
+
+/// The view's origins and the corners of everything but one object.
 std::vector<Vec3d> all_corners(const World& world, const CameraView& view, std::size_t but) {
   std::vector<Vec3d> points = view.origins;
-  const auto append = [&points](const std::vector<Vec3d>& more) {
-    points.insert(points.end(), more.begin(), more.end());
-  };
-  for (int c = 0; c < world.cloud_count(); ++c) append(detail::corners_of(world, c));
-  for (std::size_t o = 0; o < world.objects().size(); ++o) {
-    const Object& object = world.objects()[o];
-    if (o != but) append(corners_of(box_of(object), object.local_to_world));
-  }
-  for (const HotSphere& sphere : world.spheres()) {
-    const Affine still;
-    append(corners_of({sphere.center - Vec3d(sphere.radius), sphere.center + Vec3d(sphere.radius)}, still));
+  const std::vector<std::vector<Vec3d>> boxes = boxes_of(world);
+  const auto clouds = static_cast<std::size_t>(world.cloud_count());
+  for (std::size_t b = 0; b < boxes.size(); ++b) {
+    const bool left_out = b >= clouds && b - clouds == but && but < world.objects().size();
+    if (!left_out) points.insert(points.end(), boxes[b].begin(), boxes[b].end());
   }
   return points;
 }
@@ -94,6 +98,17 @@ bool outside(const CameraView& view, const std::vector<Vec3d>& points) {
       return (p - side.through).dot(side.inward) < -1e-9 * (p - side.through).length();
     });
   });
+}
+
+std::optional<Box3d> box_out_of_view(const World& world, const CameraView& view) {
+  if (world.periodic()) return std::nullopt;
+  Box3d all;
+  for (const std::vector<Vec3d>& corners : boxes_of(world)) {
+    if (corners.empty()) continue;
+    if (!outside(view, corners)) return std::nullopt;
+    for (const Vec3d& corner : corners) all.extendBy(corner);
+  }
+  return all.isEmpty() ? std::nullopt : std::optional(all);
 }
 
 double reach(const World& world, const CameraView& view) {

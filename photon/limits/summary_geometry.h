@@ -13,6 +13,9 @@ std::vector<Vec3d> corners_of(const World& world, int cloud);
 /// The convex hull of the points lies outside what the view sees. False also where that is not certain.
 bool outside(const CameraView& view, const std::vector<Vec3d>& points);
 
+/// The box of all clouds, objects and spheres, m; nothing where the view may see any of them, or where there is none.
+std::optional<Box3d> box_out_of_view(const World& world, const CameraView& view);
+
 /// Farthest that two of the view's origins, clouds, objects and spheres can be from one another, m.
 double reach(const World& world, const CameraView& view);
 

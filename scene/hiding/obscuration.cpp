@@ -162,6 +162,8 @@ Obscuration find_obscuration(const Description& scene, const ObscurationWish& wi
   Description clear_scene = scene;
   clear_scene.clouds.clear();
   Session cloudy(scene, result.time_s, progress, 0), clear(clear_scene, result.time_s, progress, 0);
+  const std::vector<std::string>& planned = cloudy.plan().warnings;
+  result.warnings.insert(result.warnings.end(), planned.begin(), planned.end());
   InView view = objects_in_view(cloudy, wish, progress);
   result.left_out = view.left_out;
 

@@ -33,7 +33,7 @@ struct Plan {
   BudgetReport budget;
   std::vector<std::vector<LeftOut>> left_out;  ///< of each band: what is off because of a bound
   MethodChoice choice;
-  std::vector<std::string> warnings;
+  std::vector<std::string> warnings;  ///< what the user should know, one sentence each
 };
 
 /// The settings of the scene for a method.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "scene/plan/plausible.h"
 #include "sensor/capture/view.h"
 
 namespace obscura {
@@ -65,6 +66,8 @@ double Session::budget() const {
 
 void Session::make_plan() {
   Plan plan = obscura::make_plan(scene_, summary_, budget());
+  for (std::string& warning : implausible_values(scene_, summary_, built_.octrees))
+    plan.warnings.push_back(std::move(warning));
   if (plan.cuts != plan_.cuts) {
     // Octrees and meshes are shared; what finds surfaces exists once at a time.
     if (!whole_) whole_ = built_.world.contents();

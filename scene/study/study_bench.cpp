@@ -40,6 +40,9 @@ SessionBench::SessionBench(Description scene, int pixels, StudyClock clock, cons
   StudySetting own;
   own.octree_tolerance = scene_.render.octree_tolerance;
   const Built& built = built_for(own, progress);
+  warnings_ = scene_.warnings;
+  const std::vector<std::string>& planned = built.session->plan().warnings;
+  warnings_.insert(warnings_.end(), planned.begin(), planned.end());
   traits_ = traits_of(scene_, built.session->world(), built.session->plan().method);
 }
 
@@ -54,7 +57,7 @@ Study SessionBench::describe() const {
     study.bands.push_back(band.name);
     study.grey.push_back(band.grey());
   }
-  study.warnings = scene_.warnings;
+  study.warnings = warnings_;
   return study;
 }
 

@@ -60,7 +60,8 @@ class SessionBench final : public StudyBench {
   std::array<int, 2> full_resolution_;
   StudyClock clock_;
   StudyTraits traits_;
-  std::list<Built> built_;  // the last used first
+  std::vector<std::string> warnings_;  // of the scene and its own plan
+  std::list<Built> built_;             // the last used first
 };
 
 }  // namespace obscura

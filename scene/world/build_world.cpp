@@ -115,6 +115,14 @@ Cloud make_cloud(const Description& scene, const CloudDescription& description, 
   return cloud;
 }
 
+std::map<std::string, std::string> units_of(const VoxelStream& stream) {
+  std::map<std::string, std::string> units;
+  for (std::size_t c = 0; c < stream.units.size(); ++c) {
+    if (!stream.units[c].empty()) units[stream.channels[c]] = stream.units[c];
+  }
+  return units;
+}
+
 void require_channels(const CloudDescription& description, const std::vector<VoxelStream>& streams) {
   std::string names;
   std::set<std::string> known;
@@ -185,7 +193,7 @@ BuiltWorld build_world(const Description& scene, double time_s, const Progress& 
       settings.measure = build_measure(cloud, bands, stream);
       auto [octree, report] = build_octree(stream, settings, progress);
       cloud.octree = std::make_shared<const Octree>(std::move(octree));
-      records.push_back({description.name, settings.tolerance, cloud.octree->statistics(), report});
+      records.push_back({description.name, settings.tolerance, cloud.octree->statistics(), report, units_of(stream)});
       contents.clouds.push_back(std::move(cloud));
     }
   }

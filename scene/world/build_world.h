@@ -2,6 +2,7 @@
 // optics of every spectral interval.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@ struct OctreeRecord {
   double tolerance = 0;
   OctreeStatistics statistics;
   BuildReport build;
+  std::map<std::string, std::string> units;  ///< by grid, as the volume says; without those that it does not tell
 };
 
 struct BuiltWorld {

@@ -110,6 +110,22 @@ TEST_CASE("warnings go to stderr even when quiet", "[doors][cli]") {
   CHECK(contains(said.err, "warning: cloud \"cloud1\" has no temperature: it does not emit in band \"lwir\""));
 }
 
+TEST_CASE("plan and render warn of a temperature in degrees Celsius, and so does the report", "[doors][cli]") {
+  const Folder folder("celsius");
+  const std::string scene = "'" + folder.file("scene.json") + "' --set /clouds/0/temperature/K=26.9 --quiet";
+  const Said planned = run_program("plan " + scene);
+  INFO(planned.out << planned.err);
+  CHECK(planned.exit_code == 0);
+  CHECK(contains(planned.err, "warning: cloud \"cloud1\": /clouds/0/temperature/K is 26.9"));
+  const Said said = run_program("render " + scene + " -o '" + folder.file("a.exr") + "'");
+  INFO(said.out << said.err);
+  CHECK(said.exit_code == 0);
+  CHECK(lines_with(said.err, "is it in degC? Give 300.05") == 1);
+  const Json report = Json::parse(std::ifstream(folder.file("a.json")));
+  REQUIRE(report["warnings"].size() == 1);
+  CHECK(contains(report["warnings"][0], "is 26.9 in the thermal band"));
+}
+
 TEST_CASE("Ctrl-C writes what there is, marked partial", "[doors][cli]") {
   const Folder folder("interrupt");
   const std::string scene = folder.file("scene.json"), image = folder.file("a.exr"), log = folder.file("log");

@@ -24,6 +24,7 @@ TEST_CASE("LES text gives the field of its OpenVDB version, in metres", "[octree
   const VoxelStream a = open_volume(text, grids).at(0);
   const VoxelStream b = open_volume(vdb, grids).at(0);
   CHECK(a.bounds == Box3i(Vec3i(0), Vec3i(32, 37, 26)));
+  CHECK(a.units == std::vector<std::string>{"g m-3", "um"});
 
   // The VDB's world unit is the km.
   Affine metres;

@@ -83,6 +83,7 @@ TEST_CASE("a background that fills space counts", "[octree][import][vdb]") {
       open_volume(file, std::vector<GridRequest>{{"soot_density", true, false}, {"temperature", true, true}});
   REQUIRE(streams.size() == 1);
   CHECK(streams[0].background[1] == 293.15f);
+  CHECK(streams[0].units[1] == "K");
   const Dense dense(streams[0]);
   CHECK(dense.outside() == 0);
   // Wherever there is soot there is a temperature, stored or not.

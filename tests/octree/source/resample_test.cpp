@@ -38,8 +38,11 @@ VoxelStream linear_field(double voxel_m, int bricks) {
 }  // namespace
 
 TEST_CASE("resampling a linear field is exact", "[octree][resample]") {
-  const VoxelStream joined = resample(box_stream(Vec3d(1.6, 1.6, 1.6), 0.05), linear_field(0.13, 3));
+  VoxelStream field = linear_field(0.13, 3);
+  field.units = {"K"};
+  const VoxelStream joined = resample(box_stream(Vec3d(1.6, 1.6, 1.6), 0.05), field);
   CHECK(joined.channels == std::vector<std::string>{"density", "temperature"});
+  CHECK(joined.units == std::vector<std::string>{"", "K"});
   const Dense dense(joined);
   CHECK(dense.outside() == 0);
   CHECK(dense.twice() == 0);

@@ -337,7 +337,7 @@ TEST_CASE("the user's word comes before any bound", "[scene][plan]") {
   CHECK(dark.plan().budget.dropped == 0);
   CHECK(dark.plan().warnings.size() == 1);
   // What is absent cannot be forced on.
-  Session absent = forced(R"({"sun": true})");
+  Session absent = forced(R"({"sun": true})", 1);
   CHECK_FALSE(row_of(absent.plan(), "sun").on);
   REQUIRE(absent.plan().warnings.size() == 1);
   CHECK_THAT(absent.plan().warnings[0], Catch::Contains("cannot be forced on"));
