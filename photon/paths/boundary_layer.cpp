@@ -74,12 +74,15 @@ void resolve_boundary_layer(SpectralWorld world, const Vec3d& point, Estimate& e
   const double in_ball = std::min(1.5 / wide, 0.5);
   const double here = std::exp(-nearest / whole * kReach);
   const double inside = estimate.value;
-  const double fall = (inside - outside) / (1 + gamma - in_ball);
   const double share = std::clamp((wide - kResolved) / (kUnresolved - kResolved), 0.0, 1.0);
-  const double change = std::max(share * fall * (in_ball - here), -inside);
-  estimate.value += change;
-  for (double& batch : estimate.batch) batch *= estimate.value / inside;
-  estimate.bias = std::copysign(std::hypot(estimate.bias, kDoubt * change), estimate.bias);
+  // The change is linear in the estimate, so that it is one of each batch. It makes no light negative.
+  double change = share * (in_ball - here) / (1 + gamma - in_ball);
+  if (outside > inside) change = std::min(change, inside / (outside - inside));
+  const auto changed = [&](double light) { return light + change * (light - outside); };
+  estimate.value = changed(inside);
+  for (double& batch : estimate.batch) batch = changed(batch);
+  estimate.bias =
+      std::copysign(std::hypot((1 + change) * estimate.bias, kDoubt * change * (inside - outside)), estimate.bias);
 }
 
 }  // namespace obscura::detail

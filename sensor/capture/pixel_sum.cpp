@@ -141,6 +141,21 @@ void PixelSum::add(const RaySample& ray, const RayPart& part) noexcept {
   }
 }
 
+void PixelSum::ask_pairs(const Sums& sums, Scatter& smooth, Scatter& complex) const noexcept {
+  const double all2 = weight_ * weight_;
+  for (std::size_t i = 0; i + 1 < std::min<std::size_t>(rays_, last_.size()); ++i) {
+    const Sent &a = last_[i], &b = last_[i + 1];
+    const RayLight &la = sums.last[i], &lb = sums.last[i + 1];
+    const double foreseen = la.foreseen - lb.foreseen;
+    const double difference = la.radiance - lb.radiance - (std::isnan(foreseen) ? 0.0 : foreseen);
+    Scatter& to = a.complex || b.complex ? complex : smooth;
+    const double weight2 = a.weight * a.weight + b.weight * b.weight;
+    if (std::abs(difference) > kRounding * std::abs(la.radiance))
+      to.square += weight2 * difference * difference / 2 / all2;
+    to.known += (a.weight * a.weight * a.noise + b.weight * b.weight * b.noise) / all2;
+  }
+}
+
 PixelBand PixelSum::band(int index) const noexcept {
   PixelBand result;
   if (rays_ == 0) return result;
@@ -165,6 +180,7 @@ PixelBand PixelSum::band(int index) const noexcept {
   const double all2 = weight_ * weight_;
   result.smooth = {sums.squares[0] / all2, known_[0] / all2, weights_[0] / all2};
   result.complex = {sums.squares[1] / all2, known_[1] / all2, weights_[1] / all2};
+  if (rays_ > 1 && !(known_[0] + known_[1] > 0)) ask_pairs(sums, result.smooth, result.complex);
   if (rays_ == 1) result.ray_variance = std::max(0.0, sums.variance / weight_ - batch_variance) + sums.spread;
   if (rays_ > 1) {
     const double share2 = weight2_ / all2;  // 1/n where all weigh the same

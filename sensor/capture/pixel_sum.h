@@ -117,6 +117,8 @@ class PixelSum {
   /// How the latest rays lie, and so which of their differences is scatter.
   enum class Group { none, same, row, square };
   Group group() const noexcept;
+  /// Where no group tells, as of two rays: differences of successive ones, slopes and all.
+  void ask_pairs(const Sums& sums, Scatter& smooth, Scatter& complex) const noexcept;
 
   std::vector<Sums> bands_;
   double weight_ = 0;                          // sum over rays

@@ -17,7 +17,8 @@ using obscura::test::Said;
 
 TEST_CASE("verify compares the methods on a user's scene and on cases by name", "[doors][cli][verify]") {
   const Folder folder("verify");
-  const std::string scene = "verify '" + folder.file("scene.json") + "' --passes 2 --pixels 6 ";
+  const std::string scene = "verify '" + folder.file("scene.json") +
+                            "' --passes 2 --pixels 6 --set /sensor/fov_deg=8 --set /render/photons=20000 ";
   Said said = run_program(scene + "-o '" + folder.file("a.html") + "'");
   INFO(said.out << said.err);
   CHECK(said.exit_code == 0);

@@ -289,7 +289,7 @@ TEST_CASE("air dims and glows between sensor and surface, and leaves the sky as 
   const World world(contents);
   const Ray down{{10, 10, 30}, {0, 0, -1}, 0, kInfinity};
   CHECK(ray_radiance(world, {}, down, 1).mean == Approx(std::exp(-0.6) * 1 + (1 - std::exp(-0.6)) * 3).epsilon(1e-12));
-  const Ray up{{10, 10, 30}, {0, 0.1, 0.99}, 0, kInfinity};
+  const Ray up{{10, 10, 30}, Vec3d(0, 0.1, 0.99).normalized(), 0, kInfinity};
   CHECK(ray_radiance(world, {}, up, 1).mean == 0.4);
   // A thick cloud as warm as the air, in front of floor or sky, is as bright as both.
   CloudWish wish;

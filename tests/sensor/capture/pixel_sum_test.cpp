@@ -102,6 +102,16 @@ TEST_CASE("what a pixel says of its rays' scatter is right in the mean", "[senso
   CHECK(claimed_over_true(edge, nine, none) > 0.5);
 }
 
+TEST_CASE("two rays tell their scatter by their difference", "[sensor][film]") {
+  const Picture noise = [](double, double, Stream& s) { return s.uniform(); };
+  for (const int rays : {2, 3}) {
+    std::vector<Stratum> parts;
+    for (int i = 0; i < rays; ++i) parts.push_back(stratum(i, rays));
+    CHECK(claimed_over_true(noise, parts, none) == Approx(1).epsilon(0.1));
+    CHECK(claimed_over_true(noise, parts, [](const Stratum&) { return true; }) == Approx(1).epsilon(0.1));
+  }
+}
+
 TEST_CASE("rays at the same part differ by their noise alone", "[sensor][film]") {
   PixelSum sum(1);
   const Stratum whole{0, 0, 1, 1};
